@@ -41,7 +41,7 @@ def test_what_is_none_is_refused(spec: str, what: str) -> None:
 def test_a_scenario_refuses_what_vehicles_cannot_decide(more: dict[str, str]) -> None:
     """Nothing that is asked for is ignored in silence."""
     with pytest.raises(ScenarioError, match="decide: vehicles works with gate certified on queues"):
-        Scenario(network="some.net.xml", loops=3, decide="vehicles", **more)  # type: ignore[arg-type]  texts only
+        Scenario.from_dict({"network": "some.net.xml", "loops": 3, "decide": "vehicles"} | more)
 
 
 def test_messages_come_after_each_stretch_or_not_at_all() -> None:

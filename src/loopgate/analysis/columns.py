@@ -74,6 +74,6 @@ FROM: Final = "from_s"  # since when
 UNTIL: Final = "to_s"  # until when
 
 # one row per kind of message
-KIND: Final = "kind"  # of message
+MESSAGE: Final = "message"  # its kind
 MESSAGES: Final = "messages"  # transmissions
 PER_MOVE: Final = "per_move"  # of them for each move of a vehicle to its next place

@@ -12,7 +12,7 @@ from loopgate.analysis.frames import table
 def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the messages of a run by kind, the most first.
 
-    `KIND`, `MESSAGES` (transmissions), `PER_MOVE` (for each move of a vehicle to its next place). Empty where
+    `MESSAGE`, `MESSAGES` (transmissions), `PER_MOVE` (for each move to a next place). Empty where
     one program decided.
 
     Parameters
@@ -30,6 +30,6 @@ def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     found = summary.get("by_messages") or {"moves": 0, "by_kind": {}}
     kinds = sorted(found["by_kind"].items(), key=lambda one: (-one[1], one[0]))
     rows = (
-        {a.KIND: kind, a.MESSAGES: many, a.PER_MOVE: many / max(1, found["moves"])} for kind, many in kinds
+        {a.MESSAGE: kind, a.MESSAGES: many, a.PER_MOVE: many / max(1, found["moves"])} for kind, many in kinds
     )
-    return table(rows, [a.KIND, a.MESSAGES, a.PER_MOVE])
+    return table(rows, [a.MESSAGE, a.MESSAGES, a.PER_MOVE])

@@ -56,8 +56,8 @@ class Whereabouts:
         ):
             if at not in made:
                 some = legs[at : at + many]
-                columns = (some[name].tolist() for name in ("begin_m", "end_m", "state"))
-                made[at] = Way(*columns, lap_m)
+                begins_m, ends_m, places = (some[name].tolist() for name in ("begin_m", "end_m", "state"))
+                made[at] = Way(begins_m, ends_m, places, lap_m)
             self.ways.append(made[at])
         self.over_m: dict[tuple[int, int], float] = {}
         """From the end of a place over the crossing to the beginning of the next; the longest way [m]."""

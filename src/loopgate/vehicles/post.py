@@ -163,8 +163,9 @@ def _asked(post: Post, ask: Ask) -> Answer:
     if not post.known:
         if post.waiting is None:
             return replace(post, waiting=ask), out
-        busy = [] if post.waiting == ask else [Refuse(vehicle, ask.number, post.place, Why.BUSY)]
-        return post, [*out, *inquire(post), *busy]
+        if post.waiting != ask:
+            out = [*out, Refuse(vehicle, ask.number, post.place, Why.BUSY)]
+        return post, [*out, *inquire(post)]
     after, more = _decided(post, ask)
     return after, [*out, *more]
 
