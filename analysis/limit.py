@@ -32,6 +32,7 @@ from throughput_study import (
     LONGEST_WAIT,
     ROOT,
     RULE,
+    VEHICLE_KM,
     WARMUP_S,
     Rule,
     Study,
@@ -53,7 +54,6 @@ from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate as simulate_one
 
-VEHICLE_KM = "Vehicle-km per hour, by number of vehicles:"
 HEADWAY_S, SPACE_M = 1.3, 7.5
 """Two follow each other over a junction at this time and the time for this length at the speed there."""
 
@@ -291,7 +291,7 @@ def main() -> None:
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, made))}\n"
     (given.out / f"{made.name}.md").write_text(every, encoding="utf-8")
     if given.write:
-        write_study(text, made.name, VEHICLE_KM)
+        write_study(text, made.name)
 
 
 if __name__ == "__main__":

@@ -271,7 +271,7 @@ def section(runs: pd.DataFrame, study: Study) -> str:
     parts = [
         f"## {study.title}",
         explained,
-        "Vehicle-km per hour, by number of vehicles:",
+        VEHICLE_KM,
         markdown(kilometres(runs, study)),
         "Ratio to the best of SUMO's own rules with as many vehicles, seed by seed:",
         markdown(ratios(runs, study)),
@@ -310,15 +310,21 @@ def shown(text: str, *left_out: str) -> str:
     return "\n\n".join(kept)
 
 
+VEHICLE_KM = "Vehicle-km per hour, by number of vehicles:"
 NOT_ON_PAGE = ("limit-1",)
 """Studies of which the page tells in a sentence."""
+
+
+def left_to_tables(name: str) -> tuple[str, ...]:
+    """Return the tables of a study that the page leaves to the file of tables: ratios say as much."""
+    return (VEHICLE_KM,) if name.startswith(("limit", "lights")) else ()
 
 
 def write_study(text: str, name: str, *left_out: str) -> None:
     """Renew a study's section in the file of tables, and what the page shows of it."""
     write_section(text, name, TABLES)
     if name not in NOT_ON_PAGE:
-        write_section(shown(text, *left_out), name)
+        write_section(shown(text, *left_out, *left_to_tables(name)), name)
 
 
 def write_section(text: str, name: str, page: Path = PAGE) -> None:

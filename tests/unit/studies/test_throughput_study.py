@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from limit import VEHICLE_KM
 from throughput_study import (
     LONGEST_WAIT,
     NOT_ON_PAGE,
@@ -15,6 +14,7 @@ from throughput_study import (
     Study,
     details,
     kilometres,
+    left_to_tables,
     markdown,
     ratios,
     safety,
@@ -120,7 +120,7 @@ def test_the_page_shows_the_tables_that_the_file_of_tables_holds() -> None:
     assert len(found) >= 7
     page = PAGE.read_text(encoding="utf-8")
     for name, text in found:
-        part = shown(text, *([VEHICLE_KM] if name.startswith("limit") else []))
+        part = shown(text, *left_to_tables(name))
         there = f"<!-- {name}: begin -->\n{part}\n<!-- {name}: end -->" in page
         assert there == (name not in NOT_ON_PAGE), name
         assert LONGEST_WAIT in text
