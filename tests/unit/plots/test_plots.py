@@ -114,3 +114,11 @@ def test_numbers_on_axes_are_written_as_one_says_them(most: float, labels: set[s
     runs = pd.DataFrame({"gate": ["a", "b"], "vehicles": [1, 1], "hours": [most / 4, most]})
     drawn = figure_svg(plot_mean(compute_mean(runs=runs, value="hours", by=["gate", "vehicles"])))
     assert labels <= set(re.findall(r">([^<>]+)</text>", drawn))
+
+
+def test_a_map_names_streets_where_the_network_does() -> None:
+    """The name first, the id after it; without names the id alone."""
+    edges = pd.DataFrame({"gate": "open", "edge": ["a"], "shape": ["0,0 80,0"], "idleness_s": [20.0]})
+    for names, fields in (({}, ["edge", "value"]), ({"street": "High Street"}, ["street", "edge", "value"])):
+        spec = plot_edges(edges.assign(**names), "idleness_s").to_dict()["spec"]
+        assert [field["field"] for field in spec["encoding"]["tooltip"]] == fields
