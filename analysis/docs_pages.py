@@ -29,7 +29,7 @@ _COMPLETION = """echo 'eval "$(_LOOPGATE_COMPLETE=bash_source loopgate)"' >> ~/.
 echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
 _LOOPGATE_COMPLETE=fish_source loopgate > ~/.config/fish/completions/loopgate.fish"""
 _EXIT_CODES = """0: done. 2: bad input, one line says what. 3: a run ended in a deadlock. 4: a gated run was
-not clean. 130: interrupted."""
+not clean. 5: vehicles starved behind one that stands. 130: interrupted."""
 _ELSEWHERE, _HERE = "https://unpkg.com/iframe-worker/shim", "assets/iframe-worker.js"
 _SCENARIO = """# Scenario
 
