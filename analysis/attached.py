@@ -32,6 +32,12 @@ EVERY_S = {"leave": 211, "stop": 67, "slow": 41, "move": 307, "remove": 509}
 
 STOP_S, SLOW_S = 25.0, 30
 
+WILD_S = {"junction": 97, "close": 131, "open": 131, "brakes": 29, "still": 83, "target": 149}
+"""The same with ``--wild``: put into a junction, a street closed and opened again, other brakes for one that
+stands, speed 0 in a junction, led to another end."""
+
+_AFTER_S = {"open": 40}
+
 
 @dataclass(slots=True)
 class World:
@@ -54,6 +60,8 @@ class World:
     rng: Random
     made: int = 0
     slowed: dict[str, float] | None = None
+    closed: str = ""
+    """The lane that is closed."""
 
     def fill(self, edges: list[str]) -> None:
         """Keep up the number of ordinary vehicles."""
@@ -102,6 +110,30 @@ class World:
             else:
                 self._move(vehicle)
 
+    def interfere_wildly(self, gate: loopgate.Attached, now: int) -> None:
+        """Do what an owner rarely does."""
+        get, rng = self.api.vehicle, self.rng
+        slowed = self.slowed = self.slowed or {}
+        inside = [v for v in gate.vehicles if get.getRoadID(v).startswith(":")]
+        own = [v for v in gate.vehicles if v not in inside]
+        standing = [v for v in own if get.getSpeed(v) == 0.0]
+        due = {what for what, every in WILD_S.items() if now % every == _AFTER_S.get(what, 0)}
+        if "junction" in due and own:
+            junction = rng.choice([j for j in self.api.junction.getIDList() if not j.startswith(":")])
+            get.moveToXY(rng.choice(own), "", 0, *self.api.junction.getPosition(junction), keepRoute=1)
+        if "open" in due and self.closed:
+            self.api.lane.setDisallowed(self.closed, [])
+        if "close" in due and own:
+            self.closed = get.getLaneID(rng.choice(own))
+            self.api.lane.setDisallowed(self.closed, ["passenger"])
+        if "brakes" in due and standing:
+            get.setDecel(rng.choice(standing), rng.choice((2.5, 4.5, 6.0)))
+        if "still" in due and inside:
+            slowed[rng.choice(inside)] = now + SLOW_S
+            get.setSpeed(next(reversed(slowed)), 0.0)
+        if "target" in due and own:
+            get.changeTarget(rng.choice(own), rng.choice(self.loops).edges[0])
+
     def _stop(self, vehicle: str) -> None:
         route, at = self.api.vehicle.getRoute(vehicle), self.api.vehicle.getRouteIndex(vehicle)
         edge = route[min(len(route) - 1, at + self.rng.randint(1, 3))]
@@ -119,7 +151,13 @@ class World:
 
 
 def run(
-    backend: str, seed: int, duration_s: int, *, traffic: bool = True, words: Sequence[str] = ()
+    backend: str,
+    seed: int,
+    duration_s: int,
+    *,
+    traffic: bool = True,
+    words: Sequence[str] = (),
+    wild: bool = False,
 ) -> dict[str, Any]:
     """Run one simulation; return the gate's figures, and how long it took."""
     began = time.perf_counter()
@@ -145,6 +183,8 @@ def run(
                     gate.add(world.put())
                 if now > FIRST_S:
                     world.interfere(gate, now)
+                if now > FIRST_S and wild:
+                    world.interfere_wildly(gate, now)
                 api.simulationStep()
                 gate.after_step()
     finally:
@@ -159,12 +199,24 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--sumo", default="", help="more options of SUMO")
     parser.add_argument("--hours", type=float, default=2.0)
+    parser.add_argument("--first", type=int, default=1, help="first seed")
+    parser.add_argument("--wild", action="store_true", help="interfere in more ways")
     given = parser.parse_args()
     clean = True
-    shown = ("trespasses", "overruns", "collisions", "collisions_with_others", "changes", "left", "laps")
+    shown = (
+        "trespasses",
+        "overruns",
+        "collisions",
+        "mended",
+        "collisions_with_others",
+        "changes",
+        "left",
+        "laps",
+    )
     print("seed", *shown, "longest_wait_s", "wall_s")
-    for seed in range(1, given.seeds + 1):
-        summary = run(given.backend, seed, int(given.hours * 3600), words=given.sumo.split())
+    for seed in range(given.first, given.first + given.seeds):
+        words, seconds = given.sumo.split(), int(given.hours * 3600)
+        summary = run(given.backend, seed, seconds, words=words, wild=given.wild)
         figures = [*(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"]]
         print(seed, *figures, flush=True)
         clean &= not any(summary[name] for name in shown[:3])

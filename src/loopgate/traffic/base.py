@@ -175,7 +175,10 @@ class Traffic(Protocol):
         """Make a route for `renew` and `forget_stops`."""
 
     def renew(self, vehicle: str, route: str) -> None:
-        """Give the vehicle a route by name; the edge on which it is lies on it."""
+        """Give the vehicle a route by name; the edge on which it is lies on it.
+
+        While a street on it is closed to the vehicle it keeps the one it has, and this is tried again.
+        """
 
     def lane_index(self, vehicle: str) -> int:
         """Return the index of the vehicle's lane on its edge."""

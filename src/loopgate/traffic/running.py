@@ -64,6 +64,10 @@ class RunningSumo:
         """Return whether a vehicle has the SUMO device of this name."""
         return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"
 
+    def type_name(self, vehicle: str) -> str:
+        """Return the name of a vehicle's type; one with an @ is its own, since something of it was set."""
+        return str(self._api.vehicle.getTypeID(vehicle))
+
     def kind(self, vehicle: str) -> VehicleType:
         """Return the type of a vehicle: from its files, with its present values.
 

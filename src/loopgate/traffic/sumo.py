@@ -36,6 +36,9 @@ _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 _ANY_DECELERATION = ~4
 """A speed mode without the limit on deceleration (bit 2)."""
 
+_RENEW_EVERY_S = 10.0
+"""A route that SUMO has refused is tried again so often [s]."""
+
 
 class SumoTraffic(SumoStops, SumoLights):
     """A SUMO simulation behind the `Traffic` protocol, which says what its calls do.
@@ -91,6 +94,8 @@ class SumoTraffic(SumoStops, SumoLights):
         self._slowed: set[str] = set()
         self._modes: dict[str, tuple[int, int]] = {}
         """Of those under the gate: the modes for speed and for changing lanes that they had before."""
+        self._unrenewed: dict[str, str] = {}
+        self._renew_again_s = -inf
 
     @property
     def now_s(self) -> float:
@@ -111,10 +116,12 @@ class SumoTraffic(SumoStops, SumoLights):
             msg = f"SUMO stopped at {self._now:.0f} s: {error}"
             raise TrafficError(msg) from error
         self._now, self._seen_s = round(self._now + self._step_s, _CLOCK_DIGITS), -inf
+        self._renew_again()
 
     def look_at_clock(self) -> None:
         """Note that a step was made, perhaps by other code."""
         self._now, self._seen_s = float(self._simulation.getTime()), -inf
+        self._renew_again()
 
     def vehicles(self) -> Sequence[str]:
         ids: Sequence[str] = self._vehicle.getIDList()
@@ -246,7 +253,24 @@ class SumoTraffic(SumoStops, SumoLights):
         self._api.route.add(name, list(edges))
 
     def renew(self, vehicle: str, route: str) -> None:
-        self._vehicle.setRouteID(vehicle, route)
+        try:
+            self._vehicle.setRouteID(vehicle, route)
+        except self._error:  # a street on it is closed to the vehicle
+            self._unrenewed[vehicle] = route
+
+    @property
+    def without_way(self) -> tuple[str, ...]:
+        """The vehicles whose routes SUMO does not renew, since a street on them is closed."""
+        return tuple(sorted(self._unrenewed))
+
+    def _renew_again(self) -> None:
+        if not self._unrenewed or self._now < self._renew_again_s:
+            return
+        self._renew_again_s = self._now + _RENEW_EVERY_S
+        there, again = set(self.vehicles()), self._unrenewed
+        self._unrenewed = {}
+        for vehicle in sorted(there & again.keys()):
+            self.renew(vehicle, again[vehicle])
 
     def lane_index(self, vehicle: str) -> int:
         return int(self._vehicle.getLaneIndex(vehicle))

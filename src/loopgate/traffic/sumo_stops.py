@@ -1,6 +1,6 @@
 """Stops in SUMO: the stops that hold vehicles, and the stops of their routes."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from loopgate.errors import TrafficError
@@ -121,6 +121,15 @@ class SumoStops:
         lane, position_m = self._holds.get(vehicle, ("", 0.0))
         lasts, off_m = stop.duration >= _FOR_EVER_S / 2, abs(stop.endPos - position_m)
         return bool(stop.lane == lane and lasts and off_m < _SAME_STOP_M)
+
+    def find_holds(self, vehicles: Iterable[str]) -> None:
+        """Find the stops that hold vehicles, where a state has been loaded that has others than are known."""
+        there = set(self._vehicle.getIDList())
+        for vehicle in vehicles:
+            self._holds.pop(vehicle, None)
+            stops = self._stops_of(vehicle, 0) if vehicle in there else ()
+            for stop in (stop for stop in stops if stop.duration >= _FOR_EVER_S / 2):
+                self._holds[vehicle] = stop.lane, stop.endPos
 
     def drop_hold(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, if it is, reached or not, and no other stop."""

@@ -30,6 +30,7 @@ from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.running import RunningSumo
 
+_LONGER_M = 0.01
 _LOOK_EVERY_S = 10.0
 _STANDING_S = 60.0
 """So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
@@ -90,7 +91,9 @@ class Attached:
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
         self._ends: dict[str, str] = {}
         """Where the routes ended that vehicles had."""
-        self._begin_s = self._traffic.now_s
+        self._kinds: dict[str, VehicleType] = {}
+        """The types of vehicles as they were when they were added."""
+        self._begin_s = self._latest_s = self._traffic.now_s
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
         self._collisions = self._collisions_with_others = self._vehicles = 0
         self._colliding = Collisions()
@@ -140,6 +143,7 @@ class Attached:
         newcomers = [self._newcomer(vehicle) for vehicle in dict.fromkeys(vehicles) if vehicle not in known]
         self._entrance.add(newcomers)
         self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
+        self._kinds.update((n.vehicle, n.kind) for n in newcomers)
 
     @property
     def _known(self) -> AbstractSet[str]:
@@ -217,12 +221,14 @@ class Attached:
         Raises
         ------
         TrafficError
-            If SUMO refuses what the gate needs.
+            If SUMO refuses what the gate needs, an earlier state has been loaded, or something was set of a
+            vehicle that no gate can count on; the text says which vehicle, and what.
         """
         try:
-            self._traffic.look_at_clock()
+            self._look_at_clock()
             self._note_collisions()
             self._entrance.after_step()
+            self._check_kinds()
             self._look_for_standstill()
         except self._sumo.error as error:
             msg = f"at {self._traffic.now_s:g} s SUMO refuses what the gate asks of it: {error}"
@@ -232,6 +238,42 @@ class Attached:
             if (row.event, row.reason) == (Event.END, GONE):
                 self._ends.pop(row.vehicle, None)
         return fresh
+
+    def _look_at_clock(self) -> None:
+        """Take note of a step; raise `TrafficError` if an earlier state has been loaded."""
+        self._traffic.look_at_clock()
+        now = self._traffic.now_s
+        if now < self._latest_s:
+            self._traffic.find_holds(self._known)  # so that nobody is held when the gate is left
+            msg = (
+                f"at {self._latest_s:g} s the clock went back to {now:g} s: what the gate knows of its "
+                f"vehicles is no longer so; leave it, and attach anew"
+            )
+            raise TrafficError(msg)
+        self._latest_s = now
+
+    def _check_kinds(self) -> None:
+        """Refuse what the owner sets of a vehicle if no gate can count on it; no more is read of most.
+
+        Raises
+        ------
+        TrafficError
+            If a vehicle is of another class, keeps a longer gap, or drives as no gate can work with.
+        """
+        for vehicle in self._fleet.members:
+            before, name = self._kinds[vehicle], self._sumo.type_name(vehicle)
+            if name == before.id and "@" not in name:
+                continue
+            kind = self._sumo.kind(vehicle)
+            why = why_unsafe(kind, self._traffic.step_s)
+            if kind.vclass != before.vclass:
+                why = f"its class was {before.vclass} when it came under the gate and is {kind.vclass}"
+            elif kind.min_gap_m > before.min_gap_m + _LONGER_M:
+                was, now = before.min_gap_m, kind.min_gap_m
+                why = f"its minGap was {was:g} m when it came under the gate and is {now:g} m"
+            if why:
+                msg = f"vehicle {vehicle}: {why}; let it leave the gate"
+                raise TrafficError(msg)
 
     def __repr__(self) -> str:
         return f"<Attached: {len(self.vehicles)} vehicles under the gate, {len(self.waiting)} wait to join>"
@@ -311,6 +353,7 @@ class Attached:
             "collisions_with_others": self._collisions_with_others,
             **{name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")},
             "mended": self._entrance.mended,
+            "without_way": list(self._traffic.without_way),
             "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
             "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
             "starving": [sink.figures() for sink in self._hunger.sinks.values()],

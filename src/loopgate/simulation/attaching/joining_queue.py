@@ -45,7 +45,7 @@ class JoiningQueue:
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
-        self._traffic = traffic
+        self._traffic, self._network = traffic, network
         self.plan = Plan(network, ())
         self._next: Plan | None = None
         self.fleet = Fleet(network, traffic, recorder, rules)
@@ -147,13 +147,26 @@ class JoiningQueue:
 
     def _is_moved(self, driver: Driver) -> bool:
         lane, at_m = self._traffic.lane(driver.id)
+        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
         if lane.startswith(":"):
-            return False
+            return not self._may_cross(driver, lane, front_m)
         edge = lane.rpartition("_")[0]
         if all(name != edge for _, name in driver.track.edges):
             return True
-        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
         return abs(driver.track.near(edge, at_m, front_m) - front_m) > _MOVED_M
+
+    def _may_cross(self, driver: Driver, lane: str, front_m: float) -> bool:
+        """Return whether a vehicle is in the junction in which its odometer puts it."""
+        edges, lap_m = driver.track.edges, driver.track.lap_m
+        for number, (begin_m, name) in enumerate(edges):
+            edge, until_m = self._network.edges[name], edges[(number + 1) % len(edges)][0]
+            end_m = begin_m + edge.lanes[0].length_m
+            within_m = (front_m - end_m + _MOVED_M) % lap_m
+            if within_m <= (until_m - end_m) % lap_m + 2 * _MOVED_M and lane.startswith(
+                f":{edge.to_junction}_"
+            ):
+                return True
+        return False
 
     def _take_in(self) -> None:
         """Hold newcomers back, and let those join that can."""

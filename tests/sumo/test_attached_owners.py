@@ -1,0 +1,171 @@
+"""What owners of a simulation do to vehicles under an attached gate, and what the gate does then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import libsumo
+import pytest
+
+import loopgate
+from loopgate.errors import TrafficError
+
+pytestmark = pytest.mark.sumo
+
+ROOT = Path(__file__).parents[2]
+IDS = tuple(f"v{number}" for number in range(12))
+CLEAN = "trespasses", "overruns", "strays", "collisions", "mended"
+get = libsumo.vehicle
+
+
+@pytest.fixture
+def gate() -> Iterator[loopgate.Attached]:
+    """Twelve vehicles under a gate on the grid; when it is left nobody is held."""
+    networks, routes = ROOT / "networks", ROOT / "routes" / "grid5.rou.xml"
+    network = networks / "grid5-priority.net.xml"
+    words = "--no-step-log", "--no-warnings", "--seed", "1", "--collision.check-junctions"
+    libsumo.start(["sumo", "-n", str(network), "-r", str(routes), *words])
+    for number, vehicle in enumerate(IDS):
+        get.add(vehicle, f"loop{number}")
+    with loopgate.attach(libsumo) as gate:
+        gate.add(*IDS)
+        steps(gate, 30)
+        yield gate
+    if libsumo.isLoaded():
+        assert not [vehicle for vehicle in get.getIDList() if get.isStopped(vehicle)]
+        libsumo.close()
+
+
+def steps(gate: loopgate.Attached, count: int) -> set[tuple[str, str, str]]:
+    """Make steps; return event, vehicle and reason of what happened."""
+    happened = set()
+    for _ in range(count):
+        libsumo.simulationStep()
+        happened |= {(str(row.event), row.vehicle, row.reason) for row in gate.after_step()}
+    return happened
+
+
+def figures(gate: loopgate.Attached) -> list[int]:
+    """Return what is zero where the gate and its vehicles did as they should."""
+    return [gate.summary[name] for name in CLEAN]
+
+
+def on_a_street(gate: loopgate.Attached) -> str:
+    """Return a vehicle that is in no junction."""
+    return next(vehicle for vehicle in gate.vehicles if not get.getRoadID(vehicle).startswith(":"))
+
+
+def test_a_street_that_is_closed_and_opened(gate: loopgate.Attached) -> None:
+    """Who has it on its way keeps the route that it has; afterwards routes are renewed as before."""
+    lane = ""
+    while not lane:
+        steps(gate, 1)
+        for number, vehicle in enumerate(IDS):
+            route, at = get.getRoute(vehicle), get.getRouteIndex(vehicle)
+            if route[at + 1 : at + 2] == libsumo.route.getEdges(f"round@loop{number}")[:1]:
+                lane = f"{route[at]}_0"  # its route is renewed on the next edge
+                break
+    steps(gate, 1)
+    libsumo.lane.setDisallowed(lane, ["passenger"])
+    for _ in range(40):
+        steps(gate, 1)
+        if gate.summary["without_way"]:
+            break
+    assert gate.summary["without_way"]
+    libsumo.lane.setDisallowed(lane, [])
+    steps(gate, 12)
+    assert gate.summary["without_way"] == []
+    laps = gate.summary["laps"]
+    steps(gate, 150)
+    assert gate.summary["laps"] > laps
+    assert figures(gate) == [0] * len(CLEAN)
+    assert set(gate.vehicles) == set(IDS)
+
+
+def test_who_is_put_into_a_junction_gives_back_what_it_holds(gate: loopgate.Attached) -> None:
+    """It is where no grant has let it: its owner's doing, and no trespass of the gate's."""
+    vehicle = on_a_street(gate)
+    get.moveToXY(vehicle, "", 0, *libsumo.junction.getPosition("C2"), keepRoute=1)
+    assert ("end", vehicle, "moved") in steps(gate, 3)
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_who_is_led_elsewhere_comes_back_or_is_taken_for_moved(gate: loopgate.Attached) -> None:
+    """The gate renews the routes of its vehicles; one that drives off its loop has left it."""
+    first, second, third = gate.vehicles[:3]
+    get.changeTarget(first, "E3E4")
+    way = get.getRoute(second)[get.getRouteIndex(second) :]
+    get.setRoute(second, way[:3])
+    get.remove(third)
+    happened = steps(gate, 60)
+    assert ("end", third, "gone") in happened
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+@pytest.mark.parametrize(
+    "sets",
+    [
+        lambda vehicle: get.setMinGap(vehicle, 1.0),
+        lambda vehicle: get.setTau(vehicle, 3.0),
+        lambda vehicle: get.setLength(vehicle, 3.0),
+        lambda vehicle: get.setMaxSpeed(vehicle, 3.0),
+    ],
+)
+def test_setters_that_a_gate_can_work_with(gate: loopgate.Attached, sets: Callable[[str], None]) -> None:
+    """Shorter vehicles and gaps, and slower drivers, need no more than there is."""
+    sets(on_a_street(gate))
+    steps(gate, 40)
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+@pytest.mark.parametrize(
+    ("sets", "says"),
+    [
+        (lambda vehicle: get.setLength(vehicle, 12.0), "its length was 5 m"),
+        (lambda vehicle: get.setMinGap(vehicle, 6.0), "its minGap was 2.5 m .* and is 6 m; let it leave"),
+        (lambda vehicle: get.setTau(vehicle, 0.3), "tau 0.3 is below the step"),
+        (lambda vehicle: get.setVehicleClass(vehicle, "bus"), "its class was passenger .* and is bus"),
+        (lambda vehicle: get.setActionStepLength(vehicle, 5.0), "actionStepLength 5 is above the step"),
+    ],
+)
+def test_setters_that_no_gate_can_count_on(
+    gate: loopgate.Attached, sets: Callable[[str], None], says: str
+) -> None:
+    """Refused by name; the others go on when that vehicle has left."""
+    vehicle = on_a_street(gate)
+    sets(vehicle)
+    libsumo.simulationStep()
+    with pytest.raises(TrafficError, match=f"vehicle {vehicle}: .*{says}"):
+        gate.after_step()
+    gate.leave(vehicle)
+    steps(gate, 20)
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_one_that_stands_in_a_junction_for_its_owner(gate: loopgate.Attached) -> None:
+    """Nobody is let into what it is in the way of, and all go on when it does."""
+    inside: list[str] = []
+    while not inside:
+        steps(gate, 1)
+        inside = [vehicle for vehicle in gate.vehicles if get.getRoadID(vehicle).startswith(":")]
+    get.setSpeed(inside[0], 0.0)
+    steps(gate, 60)
+    assert get.getRoadID(inside[0]).startswith(":")
+    get.setSpeed(inside[0], -1.0)
+    steps(gate, 60)
+    assert figures(gate) == [0] * len(CLEAN)
+    assert not get.getRoadID(inside[0]).startswith(":") or get.getSpeed(inside[0]) > 0.0
+
+
+def test_a_simulation_that_is_closed_or_goes_back_in_time(gate: loopgate.Attached, tmp_path: Path) -> None:
+    """What is over raises in one line, and is left as any other."""
+    state = str(tmp_path / "s.xml")
+    libsumo.simulation.saveState(state)
+    steps(gate, 30)
+    libsumo.simulation.loadState(state)
+    with pytest.raises(TrafficError, match="the clock went back"):
+        steps(gate, 1)
+    libsumo.close()
+    with pytest.raises(TrafficError):
+        gate.after_step()
