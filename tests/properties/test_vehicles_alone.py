@@ -11,6 +11,7 @@ from vehicles_alone import WRONG, walk_through
 from loopgate.research.vehicles.exploring import explore
 from loopgate.research.vehicles.world import Receive, World, begin
 from loopgate.vehicles import post as posts
+from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.messages import (
     Ask,
     Clear,
@@ -24,6 +25,7 @@ from loopgate.vehicles.messages import (
     Why,
 )
 from loopgate.vehicles.post import Post
+from loopgate.vehicles.vehicle import Vehicle
 
 SYSTEMS = 100
 
@@ -163,3 +165,13 @@ def test_words_that_come_late_change_nothing() -> None:
     post, _ = posts.receive(post, Left(5, 1, 1))
     for late in words:
         assert posts.receive(post, late) == (post, [])
+
+
+def test_a_grant_given_back_does_not_free_the_slot_of_a_rear_still_there() -> None:
+    """On two places: the vehicle wants back the place that its rear has not left. Random system 1816."""
+    car, _ = cars.granted(Vehicle(1, (3, 7)), Grant(1, 1, 7))
+    car, out = cars.give_back(car, Grant(1, 2, 3))
+    assert out == []
+    car, out = cars.rear_out(car)
+    assert out == [Left(3, 1, 2)]
+    assert walk_through(1816, loss=0.1)["overfull"] == 0

@@ -95,7 +95,13 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
 
 
 def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
-    """Return the vehicle after it has given back a grant that it awaited and cannot use."""
+    """Return the vehicle after it has given back a grant that it awaited and cannot use.
+
+    While its rear is still in that place it says so as that leaves: to have left covers what was before.
+    """
+    if any(place == grant.place for place, _ in vehicle.rears):
+        rears = tuple((p, grant.number if p == grant.place else n) for p, n in vehicle.rears)
+        return replace(vehicle, number=grant.number, rears=rears), []
     after = replace(vehicle, number=grant.number, untold=_also(vehicle, grant.place, grant.number))
     return after, [Left(grant.place, vehicle.id, grant.number)]
 
