@@ -59,6 +59,10 @@ from loopgate.traffic.base import Traffic
 
 _Keeping = tuple[System, Gate, Negotiation]
 
+_SHORT_S, _MOST_OF_IT = 300.0, 0.9
+"""In a run that is shorter than the time after which vehicles starve this part of it is enough; but not less
+than so long [s]."""
+
 
 def simulate(
     scenario: Scenario,
@@ -141,7 +145,7 @@ def _run(
             known = session.containment
             told = {"stands": known.why, "reason": known.reason} if known else {}
             hunger = StarvationWatch(
-                engine, session.keeper, traffic, recorder, after_s=scenario.starving_s, **told
+                engine, session.keeper, traffic, recorder, after_s=_starving_after_s(scenario), **told
             )
         course = drive(
             engine,
@@ -171,6 +175,11 @@ def _run(
     if course.fault is not None:
         raise course.fault
     return summary
+
+
+def _starving_after_s(scenario: Scenario) -> float:
+    """Return after how long vehicles starve [s]: a run that ends before would say nothing."""
+    return min(scenario.starving_s, max(_SHORT_S, _MOST_OF_IT * scenario.duration_s))
 
 
 def _after(look: Callable[[], None], tick: Tick) -> Tick:
