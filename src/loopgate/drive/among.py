@@ -73,7 +73,14 @@ class _Mind(NamedTuple):
     heard: bool
 
 
-_Event = Message | _Patience | _Mind
+class _Again(NamedTuple):
+    """The end of a vehicle's patience with what it asked at this time [s]."""
+
+    number: int
+    asked_s: float
+
+
+_Event = Message | _Patience | _Mind | _Again
 
 
 class Motor(Protocol):
@@ -133,6 +140,7 @@ class Among:
         """Grants that came between two steps."""
         self._repeating: set[int] = set()
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
+        self._again_s = 3.0 * settings.delay_s  # no answer takes longer, but for that to a probe
         self._probe_s = 2.0 + 40.0 * settings.delay_s
 
     def begin(self, tables: Tables) -> None:
@@ -228,7 +236,7 @@ class Among:
 
     def _may_ask(self, number: int) -> bool:
         asked_s = self._asked_s.get(number)
-        if asked_s is not None and self._clock_s - asked_s < self._patience_s:
+        if asked_s is not None and self._clock_s - asked_s < self._again_s:
             return False
         return number not in self._held and self._clock_s >= self._full_until_s(number)
 
@@ -238,6 +246,8 @@ class Among:
     def _ask(self, number: int) -> None:
         car = self.vehicles[number]
         self._asked_s[number] = self._clock_s
+        if self.settings.loss:
+            self.air.wake(self._clock_s + self._again_s, _Again(number, self._clock_s))
         self._full.get(car.wanted, {}).pop(number, None)
         self._say_as(number, [cars.ask(car, (float(self._since_s[number]), number))])
 
@@ -247,6 +257,9 @@ class Among:
             self._comes_to_post(event)
         elif isinstance(event, _Patience):
             self._out_of_patience(event)
+        elif isinstance(event, _Again):
+            if event.number in self._open and self._asked_s.get(event.number) == event.asked_s:
+                self._ask(event.number)
         elif isinstance(event, _Mind):
             self._comes_to_mind(event)
         else:
