@@ -22,7 +22,7 @@ from loopgate.vehicles.vehicle import Vehicle
 pytestmark = pytest.mark.sumo
 
 GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
-CROWD = Scenario(network=GRID, loops=180, vehicles=730, duration_s=30.0, decide="vehicles:loss=0.1")
+CROWD = Scenario(network=GRID, loops=180, vehicles=730, duration_s=20.0, decide="vehicles:loss=0.1")
 PLAIN = (int, float, str, bool, type(None))
 
 
@@ -57,7 +57,7 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     found = summary["by_messages"]
     assert found["unsafe"] == 0
     assert found["moves"] > 100
-    assert found["lost"] > 50
+    assert found["lost"] > 20
     assert found["by_kind"]["probe"] > 0
     assert summary["messages"] == found["messages"]
     (among,) = made
@@ -70,7 +70,7 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     said = {field.name for field in dataclasses.fields(Vehicle)}
     assert said == {"id", "loop", "at", "number", "inside", "rears", "untold"}
     assert {field.name for field in dataclasses.fields(Post)} == {
-        *("place", "slots", "line", "known", "rears", "kept", "probes", "gone")
+        *("place", "slots", "line", "known", "rears", "kept", "probes", "gone", "waiting")
     }
 
 
