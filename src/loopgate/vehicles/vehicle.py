@@ -89,7 +89,7 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
         return after, [goes, Moved(vehicle.place, vehicle.id, vehicle.inside)]
     if (grant.place, grant.number) == (vehicle.place, vehicle.inside):
         return vehicle, [Goes(grant.place, vehicle.id, grant.number)]
-    if (grant.place, grant.number) in vehicle.rears:
+    if any(place == grant.place for place, _ in vehicle.rears):  # to have left would free its slot too
         return vehicle, [Moved(grant.place, vehicle.id, grant.number)]
     return vehicle, [Left(grant.place, vehicle.id, grant.number)]
 
