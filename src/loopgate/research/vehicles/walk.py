@@ -139,6 +139,9 @@ class Walk:
         self._say(out, message.place)
 
     def _comes_to_vehicle(self, grant: Grant, *, back: bool) -> None:
+        while not back and any(place == grant.place for place, _ in self.vehicles[grant.vehicle].rears):
+            self.vehicles[grant.vehicle], out = cars.rear_out(self.vehicles[grant.vehicle])
+            self._say(out)  # no vehicle is as long as its loop: the rear is out before the front comes round
         car = self.vehicles[grant.vehicle]
         going = cars.awaits(car, grant)
         if going and back:
