@@ -80,6 +80,8 @@ def driven(scenario: Scenario, folder: Path, without: str) -> dict[str, Any]:
 def points(args: argparse.Namespace) -> Iterator[tuple[str, dict[str, Any], float, int, int]]:
     """Yield network, share, number of vehicles and seed of each run."""
     for name, what in networks(args.nets).items():
+        if args.only and name not in args.only:
+            continue
         can_start = most(what)
         for share, seed in itertools.product(args.shares, range(1, args.seeds + 1)):
             yield name, what, share, max(2, round(share * can_start)), seed
@@ -90,6 +92,7 @@ def main() -> None:
     said = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     said.add_argument("--seeds", type=int, default=1)
     said.add_argument("--nets", nargs="*", default=[], help="more network files")
+    said.add_argument("--only", nargs="*", default=[], help="of all these networks only those of these names")
     said.add_argument("--shares", nargs="*", type=float, default=[0.3, 0.6, 0.9])
     said.add_argument("--minutes", nargs="*", type=int, default=[10, 30, 60])
     said.add_argument("--rules", nargs="*", default=list(RULES), choices=list(RULES))
