@@ -61,12 +61,11 @@ def test_lights_obeyed(tmp_path: Path) -> None:
 
 
 def test_lights_that_stay_red_are_no_deadlock() -> None:
-    """The lights of this network wait for a player: the run goes on and says so."""
+    """The lights of this network wait for a player: the run goes on, and names vehicles that wait at red."""
     summary = simulate(Scenario(network="sumo:bs3d", loops=10, vehicles=30, lights="obey", duration_s=600.0))
-    assert summary["outcome"] == "done"
-    assert summary["deadlocks"] == []
-    (warning,) = summary["warnings"]
-    assert "never get green" in warning
+    assert (summary["outcome"], summary["deadlocks"]) == ("starving", [])
+    assert {sink["why"] for sink in summary["starving"]} == {"red"}
+    assert "never get green" in summary["warnings"][-1]
 
 
 def test_ordinary_traffic(tmp_path: Path) -> None:

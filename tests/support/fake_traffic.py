@@ -253,6 +253,10 @@ class FakeTraffic:
     def take_out(self, vehicle: str) -> None:
         """Do nothing."""
 
+    def at_own_stop(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """No vehicle stops."""
+        return False
+
     def stays_s(self, vehicle: str) -> float:  # noqa: ARG002  the protocol's
         """No vehicle stops."""
         return 0.0

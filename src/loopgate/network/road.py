@@ -422,7 +422,7 @@ def _check_led_over(net: Any, file: Path) -> None:  # noqa: ANN401  as above
         msg = f"{file}: {what}: build the network anew with netconvert"
         raise NetworkError(msg)
     for node in net.getNodes():
-        has, needs = len(node.getInternal()), len(node._prohibits)  # noqa: SLF001  they have no other name
+        has, needs = sum(map(bool, node.getInternal())), len(node._prohibits)  # noqa: SLF001  they have no other name
         if node.getType() != "internal" and 0 < has < needs:
             what = f"junction {node.getID()}: {has} lanes in intLanes for {needs} requests"
             msg = f"{file}: {what}: build the network anew with netconvert"

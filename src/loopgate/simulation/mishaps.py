@@ -23,7 +23,8 @@ def _starved(sink: Mapping[str, Any], promise: str) -> str:
     if not sink["behind"]:
         return f"{counted(len(others), 'vehicle')} starved at gates ({sink['why']}): {time}"
     stood = f"{sink['behind']} stood on lane {sink['lane']} ({sink['why']})"
-    return f"{stood}, and {counted(len(others), 'vehicle')} starved behind it: {time}"
+    behind = f", and {counted(len(others), 'vehicle')} starved behind it" if others else ""
+    return f"{stood}{behind}: {time}"
 
 
 def mishaps(summary: Mapping[str, Any]) -> list[str]:

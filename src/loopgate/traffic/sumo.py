@@ -345,14 +345,14 @@ class SumoTraffic(SumoStops, SumoLights):
         return tuple(self._simulation.getStartingTeleportIDList())
 
     def pauses(self, vehicle: str) -> bool:
-        return self._is_at_own_stop(vehicle) or self._waits.faces_red(vehicle)
+        return self.at_own_stop(vehicle) or self._waits.faces_red(vehicle)
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`.
 
         Nobody keeps one that is at a stop of its own: it goes on by itself.
         """
-        if self._is_at_own_stop(vehicle):
+        if self.at_own_stop(vehicle):
             return ()
         return self._waits.of(vehicle, guess=guess)
 

@@ -220,9 +220,10 @@ class SumoStops:
 
     def stops_begun(self) -> Sequence[str]:
         ids = self._simulation.getStopStartingVehiclesIDList()
-        return [v for v in ids if self._is_at_own_stop(v)]
+        return [v for v in ids if self.at_own_stop(v)]
 
-    def _is_at_own_stop(self, vehicle: str) -> bool:
+    def at_own_stop(self, vehicle: str) -> bool:
+        """Return whether it stands at a stop that is not one of the gate's."""
         held = vehicle in self._holds and self._stop_number(vehicle) == 0
         return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
 

@@ -93,6 +93,12 @@ def crossing(
     return books.tables
 
 
+def first_pass(robot: int, tables: Tables) -> int:
+    """Return the row of the crossing behind the first leg of a vehicle."""
+    vehicles, legs = cast("Any", tables.vehicles), cast("Any", tables.legs)
+    return int(legs["pass_at"][vehicles["leg_at"][robot]])
+
+
 @pytest.mark.parametrize(("grant", "front_m", "held"), [(1, 60.0, True), (1, 66.0, False), (3, 60.0, False)])
 def test_one_may_have_to_wait_for_one_that_was_granted_before_it_and_is_in_its_way(
     grant: int,
@@ -146,7 +152,7 @@ def test_one_under_way_may_be_past_before_the_other_comes_into_the_junction(
     """
     tables = crossing((0, 1), (front_m, 51.0))
     passes: Any = tables.passes
-    its = tables.legs[tables.vehicles[1].leg_at].pass_at
+    its = first_pass(1, tables)
     passes["signal"][its], passes["light_m"][its] = 0, light_m
     assert relation(0, 0, 0, 1, tables) == found
 
@@ -154,8 +160,7 @@ def test_one_under_way_may_be_past_before_the_other_comes_into_the_junction(
 def test_a_stretch_may_begin_before_the_junction() -> None:
     """The other's front comes to it 2 m behind its line, and into the junction 30 m behind that."""
     tables = crossing((0, 1), (49.9, 51.0))
-    row = tables.passes[tables.legs[tables.vehicles[0].leg_at].pass_at]
-    cast("Any", row)["light_m"] = 80.0
+    cast("Any", tables.passes)["light_m"][first_pass(0, tables)] = 80.0
     assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
 
 
@@ -191,7 +196,7 @@ def test_nobody_goes_first_whom_a_light_may_stop(waited_s: float, found: int) ->
     """After a long wait lights let it go that it may not pass."""
     tables = crossing((0, 1), (49.9, -35.0))
     cast("Any", tables.passes[0])["signal"] = 0
-    cast("Any", tables.vehicles)["red_since_s"] = tables.run[0].now_s - waited_s
+    cast("Any", tables.vehicles)["red_since_s"] = cast("Any", tables.run)["now_s"][0] - waited_s
     signals, lights = (cast("Any", table(row, length=1)) for row in (SignalRow, LightRow))
     lit = tables._replace(signals=signals, lights=lights)
     assert relation(0, 0, 0, 1, lit) == found

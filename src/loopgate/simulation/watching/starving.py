@@ -120,7 +120,7 @@ class StarvationWatch:
                 del known[vehicle]
         for robot in starving:
             vehicle = ids[robot]
-            if self._stands(vehicle) or self._pauses(vehicle):
+            if self._stands(vehicle) or self._traffic.at_own_stop(vehicle):
                 continue
             head, why = self._behind(robot, ids, now)
             if not head and now - self._seen[vehicle][2] < _AT_GATES * self._after_s:
@@ -147,9 +147,6 @@ class StarvationWatch:
             if abs(metres - self._stood.get(vehicle, (-np.inf, now))[0]) > 0.5:  # noqa: PLR2004  it moved
                 self._stood[vehicle] = metres, now
         return long
-
-    def _pauses(self, vehicle: str) -> bool:
-        return self._traffic.stays_s(vehicle) > 0.0 or self._traffic.awaits(vehicle)
 
     def _behind(self, robot: int, ids: Sequence[str], now: float) -> tuple[str, str]:
         """Return the vehicle that stands ahead of one that starves, and why it does."""
@@ -187,7 +184,7 @@ class StarvationWatch:
         row: Any = self._engine.vehicles[robot]
         if known := self._reason(vehicle):
             return known
-        if self._pauses(vehicle):
+        if self._traffic.at_own_stop(vehicle):
             return "stop"
         reason = int(row["reason"])
         if row["pending"] and (reason in _OUTSIDE or reason != NOTHING):
