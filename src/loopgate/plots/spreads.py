@@ -33,11 +33,11 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     hover = tooltip(series, f"{a.CAPACITY}:Q", f"{a.LOW}:Q", f"{a.HIGH}:Q", f"{a.PEAK}:Q", a.AT_BORDER)
     far = base.transform_filter(f"datum.{a.AT_BORDER}")
     beyond = alt.condition(f"datum.{a.AT_BORDER}", alt.value("triangle-right"), alt.value("circle"))
+    known_high = base.transform_filter(f"isValid(datum.{a.HIGH})")
+    intervals = [known_high.mark_rule(strokeWidth=2).encode(x=across, x2=f"{a.HIGH}:Q")]
     return finish(  # type: ignore[no-any-return]
         alt.layer(
-            base.transform_filter(f"isValid(datum.{a.HIGH})")
-            .mark_rule(strokeWidth=2)
-            .encode(x=across, x2=f"{a.HIGH}:Q"),
+            *(intervals if capacity[a.HIGH].notna().any() else ()),  # a scale of no numbers is a warning
             base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover, shape=beyond),
             far.transform_calculate(said=f"'> ' + datum.{a.CAPACITY} + ', not reached'")
             .mark_text(align="right", dx=-10)
