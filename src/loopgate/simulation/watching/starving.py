@@ -25,6 +25,9 @@ _PASSED_M = 100.0
 _STANDS = 0.5
 """A vehicle that waits for nobody keeps others from going on if it has stood for such a part of that time."""
 
+_SURELY = 0.05
+"""A vehicle that has just become first in line waits for nobody either: such a part of that time tells."""
+
 _AT_GATES = 3.0
 """Where no such vehicle is found a queue may only be slow: so many times as long is too long."""
 
@@ -105,6 +108,8 @@ class StarvationWatch:
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
         """Of each vehicle its odometer when it had moved last [m], and when that was [s]."""
+        self._alone: dict[str, float] = {}
+        """Of each vehicle behind which another starves, since when each look has found it so [s]."""
         self.sinks: dict[tuple[str, str], Sink] = {}
         """All that were found, by vehicle and reason."""
 
@@ -118,12 +123,15 @@ class StarvationWatch:
         for known in (self._seen, self._stood):  # of vehicles that have left nothing is kept
             for vehicle in known.keys() - set(ids):
                 del known[vehicle]
-        for robot in starving:
-            vehicle = ids[robot]
-            if self._stands(vehicle) or self._traffic.at_own_stop(vehicle):
-                continue
-            head, why = self._behind(robot, ids, now)
-            if not head and now - self._seen[vehicle][2] < _AT_GATES * self._after_s:
+        behind = {
+            ids[robot]: self._behind(robot, ids, now)
+            for robot in starving
+            if not self._stands(ids[robot]) and not self._traffic.at_own_stop(ids[robot])
+        }
+        self._alone = {head: self._alone.get(head, now) for head, _ in behind.values() if head}
+        for vehicle, (head, why) in behind.items():
+            since_s, for_s = (self._alone[head], _SURELY) if head else (self._seen[vehicle][2], _AT_GATES)
+            if now - since_s < for_s * self._after_s:
                 continue
             lane = self._traffic.lane(head)[0] if head else ""
             sink = self.sinks.setdefault((head, why), Sink(head, lane, why, now, now, set()))
@@ -157,15 +165,12 @@ class StarvationWatch:
             ahead = self._ahead(one)
             if len(ahead) >= everyone > 1:
                 continue  # the gate keeps it for the sake of all
-            if not ahead and one != robot and now - self._stood[ids[one]][1] >= _STANDS * self._after_s:
+            if not ahead and now - self._stood[ids[one]][1] >= _STANDS * self._after_s:
                 return ids[one], self._why(one, ids[one])
             fresh = [other for other in ahead if other not in seen]
             seen.update(fresh)
             queue.extend(fresh)
-        row: Any = self._engine.vehicles[robot]
-        if not self._ahead(robot):
-            return ids[robot], self._why(robot, ids[robot])
-        reason = REASONS[int(row["reason"])]
+        reason = REASONS[int(self._engine.vehicles["reason"][robot])]
         return "", str(reason.value if reason else "queue")
 
     def _ahead(self, robot: int) -> list[int]:
