@@ -3,8 +3,8 @@
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
 Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
-of SUMO's own steps. The ledger knows neither lights, ordinary traffic, stops nor changes of lanes yet
-(docs/heart.md), so networks must do without them.
+of SUMO's own steps. The ledger knows neither lights, ordinary traffic nor stops yet (docs/heart.md),
+so lights are off.
 """
 
 from __future__ import annotations
@@ -105,6 +105,7 @@ def way_of(track: Track) -> Way:
         position=track.start_position,
         front_m=float(track.front_m),
         renewed_on=track.rerouted_on,
+        keeps_lane=track.keeps_lane,
     )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import heart  # in analysis/
 import pytest
 
-from loopgate.control import crossings, driving, ledger
+from loopgate.control import crossings, driving, ledger, steering
 from loopgate.control.places import Vehicle
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
@@ -43,6 +43,29 @@ def test_vehicles_leave_and_come_in_between_the_others() -> None:
     driven = heart.drive(*starts(200), watched=True, turnover_s=2)
     assert driven.joined > 30
     assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+
+
+@cache
+def town() -> tuple[Scenario, Assembly]:
+    """Return vehicles in a town with lanes to choose from, its lights off."""
+    scenario = Scenario(network="sumo:DRT", vehicles=200, duration_s=120, lights="off", seed=1)
+    return scenario, assemble(scenario)
+
+
+def test_vehicles_change_lanes_where_their_loops_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    changes = list[str]()
+    drop = steering.Steering._drop
+
+    def note(self: steering.Steering, way: steering._Way) -> None:
+        changes.append(way.vehicle.name)
+        drop(self, way)
+
+    monkeypatch.setattr(steering.Steering, "_drop", note)
+    driven = heart.drive(*town(), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    assert driven.km > 150
+    assert len(changes) > 20
 
 
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -64,7 +64,7 @@ def _relation(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -
     """Return what another one, which is not past what both use, is to a vehicle."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
-    if inside_m < _BEYOND_M or inside_m < shared.from_m:
+    if other.steered or inside_m < _BEYOND_M or inside_m < shared.from_m:
         later = _comes_later(vehicle, over, foe, trip, shared)
         return LATER if later else IN_THE_WAY
     make = vehicle.make
@@ -85,7 +85,9 @@ def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
-    if to_go_m <= _BEYOND_M or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
+    if vehicle.leg.guided or vehicle.steered or to_go_m <= _BEYOND_M:
+        return False
+    if _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
         return False
     comes_s = max(
         (shared.soonest_s - max(0.0, inside_m) / shared.least) / other.make.haste,

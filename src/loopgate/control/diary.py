@@ -103,7 +103,7 @@ def look(
 ) -> list[Vehicle]:
     """Take note of where all vehicles are [m], how fast [m/s], and of what they have reached.
 
-    Return the held vehicles whose route the simulator has renewed.
+    Return the vehicles whose route the simulator has renewed.
     """
     due: list[Diary] = []
     for number, diary in enumerate(diaries):
@@ -115,7 +115,7 @@ def look(
     renewed: list[Vehicle] = []
     for diary in due:
         vehicle = diary.vehicle
-        if vehicle.front_m >= diary.due_m and diary.pass_by(ledger.now_s, rows) and vehicle.held:
+        if vehicle.front_m >= diary.due_m and diary.pass_by(ledger.now_s, rows):
             renewed.append(vehicle)
         if vehicle.front_m >= vehicle.due_m:
             ledger.passed(vehicle)
@@ -123,7 +123,7 @@ def look(
 
 
 def write_down(ledger: Ledger, diaries: list[Diary], rows: list[Row]) -> tuple[list[Vehicle], list[Vehicle]]:
-    """Write what the ledger did into the rows; return who is to be let go, and who held, in that order."""
+    """Write what the ledger did into the rows; return who was granted, and who is to be held, in order."""
     moved: dict[Vehicle, None] = {}
     stays: dict[Vehicle, None] = {}
     now_s = ledger.now_s
@@ -140,4 +140,4 @@ def write_down(ledger: Ledger, diaries: list[Diary], rows: list[Row]) -> tuple[l
                 rows.append((now_s, vehicle.name, REFUSE, place.name, reason))
             stays[vehicle] = None
     ledger.log.clear()
-    return [vehicle for vehicle in moved if vehicle.held], list(stays)
+    return list(moved), list(stays)

@@ -15,11 +15,16 @@ from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Make, Vehicle
+from loopgate.control.steering import STANDING_MPS, Steering
+from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Traffic
 
 _GAP_M: Final = 2.5
 """Room to the vehicle ahead for one that comes in [m]."""
+
+_LOOK_EVERY_S: Final = 10.0
+"""How often those that stand are asked for their lane [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,12 +44,13 @@ class Way:
     position: int
     front_m: float
     renewed_on: str
+    keeps_lane: bool = False
 
 
 class Driving:
     """Vehicles on loops, under the rules of a ledger.
 
-    One lane, no lights, no ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
+    No lights, no ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
     missing. All vehicles are read in one go after a step; the rest costs only for vehicles that reached
     something.
 
@@ -66,6 +72,10 @@ class Driving:
         self._lines: list[tuple[Drawn, ...]] = []
         self._offset: Floats = np.zeros(0)
         self._front: Floats = np.zeros(0)
+        self.steering = Steering(traffic)
+        self.overruns = 0
+        """How often the simulator could not stop a vehicle at its line."""
+        self._look_s = 0.0
         self.driven_m = self.sumo_s = 0.0
 
     def take_in(self, ways: Sequence[Way]) -> None:
@@ -87,7 +97,7 @@ class Driving:
             diary = Diary(vehicle, way.loop, states, path, edges, begins_m, way.renewed_on)
             self.diaries.append(diary)
             self._lines.append(way.legs)
-            traffic.put_under_gate(way.vehicle, keeps_lane=False)
+            traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
             self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
         fresh = self.diaries[first:]
         self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self._ids[first:]))
@@ -118,6 +128,7 @@ class Driving:
             self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
         self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
         self.ledger.leave(vehicle)
+        self.steering.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
@@ -142,27 +153,68 @@ class Driving:
         for name in self._traffic.halted():
             wanted = self.ledger.vehicles[name].wanted()
             self.rows.append((now_s, name, Event.HOLD, wanted.name if wanted else "", ""))
+        for vehicle in self.steering.step():
+            if vehicle.held:
+                self._hold(vehicle)
+            self.ledger.consider(vehicle)
         self._answer(now_s)
+        if now_s >= self._look_s:
+            self._look_s = now_s + _LOOK_EVERY_S
+            self._look_for_strays()
 
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
         self.ledger.answer(now_s)
         gone, stay = write_down(self.ledger, self.diaries, self.rows)
         for vehicle in gone:
-            vehicle.held = False
-            self._traffic.release(vehicle.name)
+            if vehicle.held:
+                vehicle.held = False
+                if not self.steering.leads_back(vehicle):
+                    self._traffic.release(vehicle.name)
+            if vehicle.steered:
+                before = vehicle.granted - 1
+                drawn = self._drawn(vehicle, before)
+                laps_m = before // len(self._lines[vehicle.row]) * vehicle.lap_m
+                self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
         for vehicle in stay:
             if not vehicle.held:
                 self._hold(vehicle)
 
     def _hold(self, vehicle: Vehicle) -> None:
-        line = self._lines[vehicle.row][vehicle.leg.number].line
+        line = self._drawn(vehicle, vehicle.granted).line
         vehicle.held = True
-        self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
+        try:
+            on_lane = self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
+        except TrafficError:  # too late to stop there
+            self.overruns += 1
+            self._traffic.brake(vehicle.name)
+        else:
+            if not on_lane:
+                self.steering.lead_back(vehicle, line)
+
+    def _drawn(self, vehicle: Vehicle, number: int) -> Drawn:
+        """Return a leg of a vehicle's endless way as it lies on the road."""
+        legs = self._lines[vehicle.row]
+        return legs[number % len(legs)]
+
+    def _look_for_strays(self) -> None:
+        """Lead back who stands beside the lane of its loop, from where its way may not go on."""
+        for diary in self.diaries:
+            vehicle = diary.vehicle
+            if vehicle.speed >= STANDING_MPS or vehicle.held or vehicle.steered:
+                continue
+            body = vehicle.bodies[0]
+            line = self._drawn(vehicle, vehicle.granted - len(vehicle.bodies) + 1).line
+            lane, _ = self._traffic.lane(vehicle.name)
+            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane}"
+            if beside and body.begin_m <= vehicle.front_m <= body.out_m - vehicle.make.length_m:
+                self.steering.lead_back(vehicle, line)
 
     def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
-        line = self._lines[vehicle.row][vehicle.leg.number].line
-        if vehicle.speed > 0.0 and line.edge == self.diaries[vehicle.row].renewed_on:
+        renewed_on = self.diaries[vehicle.row].renewed_on
+        if not vehicle.held:
+            self.steering.renew(vehicle, renewed_on)
+        elif vehicle.speed > 0.0 and self._drawn(vehicle, vehicle.granted).line.edge == renewed_on:
             self._traffic.release(vehicle.name)
             self._hold(vehicle)

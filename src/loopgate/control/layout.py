@@ -43,6 +43,7 @@ class Layout:
             for number, drawn in enumerate(way)
         ]
         for leg, drawn in zip(legs, way, strict=True):
+            leg.guided = bool(drawn.guides)
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
         return joined(legs, closed=True)
 

@@ -191,7 +191,7 @@ class Ledger:
         """Let vehicles ask that must brake soon; keep those that must not yet."""
         still: list[Vehicle] = []
         for vehicle in self._near:
-            if vehicle.near and not vehicle.asks:
+            if vehicle.near and not vehicle.asks and not vehicle.steered:
                 if vehicle.must_ask(self.step_s):
                     self._must_ask(vehicle)
                 else:
@@ -200,6 +200,12 @@ class Ledger:
         for vehicle in still:
             vehicle.near = True
         self._near = still
+
+    def consider(self, vehicle: Vehicle) -> None:
+        """Let a vehicle ask again that was steered: now if it must, else in time."""
+        if not vehicle.asks and vehicle.line_m < inf and vehicle.must_ask(self.step_s):
+            self._must_ask(vehicle)
+        self._aim(vehicle)
 
     def _must_ask(self, vehicle: Vehicle) -> None:
         first = vehicle.leg.place.line[0]
@@ -213,7 +219,7 @@ class Ledger:
     def _aim(self, vehicle: Vehicle) -> None:
         """Say where something is to be done next for a vehicle."""
         due_m = vehicle.line_m + TOLERANCE_M if vehicle.line_m > vehicle.front_m - TOLERANCE_M else inf
-        if not (vehicle.asks or vehicle.near):
+        if not (vehicle.asks or vehicle.near or vehicle.steered):
             asks_m = vehicle.asks_from_m()
             if vehicle.front_m < asks_m:
                 due_m = asks_m
@@ -283,6 +289,7 @@ class Ledger:
         self._go_out(vehicle)
         self._grants += 1
         begins_m, line_m, passes = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg.passes
+        vehicle.steered = vehicle.steered or vehicle.leg.guided
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, ""))
         body = self._go_in(vehicle, begins_m)
@@ -317,7 +324,7 @@ class Ledger:
                 self.wake(other)
             elif not other.near and (number == 0 or not other.held):
                 self._aim(other)
-            if number == 0 and other.near and other.must_ask(self.step_s):
+            if number == 0 and other.near and not other.steered and other.must_ask(self.step_s):
                 other.near = False
                 self._must_ask(other)
 

@@ -97,10 +97,10 @@ class Leg:
     """A place on a path, from where to where in arc length [m], and what lies behind it.
 
     `after`: the leg that follows it; None where the path ends. `passes`: the crossing between the two.
-    `number`: its position on the path.
+    `number`: its position on the path. `guided`: whether vehicles are steered between the two.
     """
 
-    __slots__ = ("after", "begin_m", "end_m", "number", "passes", "place")
+    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place")
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
         self.place: Final = place
@@ -109,6 +109,7 @@ class Leg:
         self.end_m: Final = end_m
         self.after: Leg | None = None
         self.passes: list[Pass] = []
+        self.guided = False
 
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
@@ -184,13 +185,13 @@ class Vehicle:
     asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
     on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
     holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
-    where something is to be done next.
+    where something is to be done next. `steered`: whether it is led to a lane, and asks for nothing.
     """
 
     __slots__ = (
         "asks", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "make", "name", "near", "number", "reason", "row", "since_s", "speed", "trips",
-        "watchers", "woken",
+        "longest_s", "make", "name", "near", "number", "reason", "row", "since_s", "speed", "steered",
+        "trips", "watchers", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -213,6 +214,7 @@ class Vehicle:
         self.held = False
         self.woken = False
         self.near = False
+        self.steered = False
         self.reason = ""
         self.since_s = 0.0
         self.longest_s = 0.0

@@ -1,0 +1,178 @@
+"""Keeps vehicles to the lanes of their loops where the simulator has a choice, and lets them change lanes.
+
+`loopgate.drive.steering` says why; the rules here are the same. A vehicle on its way over guides is
+`Vehicle.steered`: it does not ask for its next place, since it can stop at each guide.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from math import inf
+from typing import Final
+
+from loopgate.abstraction.itinerary import Guide
+from loopgate.control.places import Vehicle
+from loopgate.errors import TrafficError
+from loopgate.network.loop import LanePosition
+from loopgate.traffic.base import Traffic
+
+STANDING_MPS: Final = 0.1
+_AT_GUIDE_M: Final = 1.0
+_LONG_S: Final = 60.0
+"""After this long beside the lane of its loop a vehicle is put there, if there is room [s]."""
+
+
+class _Way:
+    """The guides before a vehicle, and where the place before them ended [m].
+
+    `astray_s`: since when it is led back to the lane of its loop; infinity if it is not. `still`: whether it
+    stands at a guide and waits for a gap.
+    """
+
+    def __init__(self, vehicle: Vehicle, from_m: float) -> None:
+        self.vehicle: Final = vehicle
+        self.from_m = from_m
+        self.guides: deque[Guide] = deque()
+        self.astray_s = inf
+        self.still = False
+
+    def past_m(self) -> float:
+        """Return how far the front is behind where the first guide is to be looked at [m]."""
+        return self.vehicle.front_m - self.from_m - self.guides[0].from_m
+
+    def is_due(self) -> bool:
+        """Return whether the vehicle has come so far; to change lanes, as a whole."""
+        return self.past_m() >= (0.0 if self.guides[0].to_lane is None else self.vehicle.make.length_m)
+
+
+class Steering:
+    """Sets the stops by which vehicles keep to their lanes, and drops them in time."""
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self._ways: dict[Vehicle, _Way] = {}
+        self.strays = 0
+        """Vehicles that were on another lane than their loop's."""
+
+    def begin(self, vehicle: Vehicle, guides: Sequence[Guide], from_m: float) -> None:
+        """Set the first guide behind a place that ends at `from_m`, if there is any."""
+        way = self._ways.get(vehicle)
+        if way is not None:  # it was granted while it was led back
+            way.from_m = from_m
+            way.guides.extend(guides)
+        elif guides:
+            way = self._ways[vehicle] = _Way(vehicle, from_m)
+            way.guides.extend(guides)
+            self._set(way)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """Take note that the vehicle is in the ledger no longer."""
+        self._ways.pop(vehicle, None)
+
+    def leads_back(self, vehicle: Vehicle) -> bool:
+        """Return whether the vehicle is on its way back to the lane of its loop."""
+        way = self._ways.get(vehicle)
+        return way is not None and way.astray_s < inf
+
+    def renew(self, vehicle: Vehicle, edge: str) -> None:
+        """Set a stop again that lies on the edge where the simulator has just renewed the route."""
+        way = self._ways.get(vehicle)
+        if way is not None and way.guides[0].edge == edge and not way.still:
+            self._traffic.release(vehicle.name)
+            self._set(way)
+
+    def lead_back(self, vehicle: Vehicle, line: LanePosition) -> None:
+        """Lead a vehicle back to the lane of a line on the edge that it is on."""
+        way = self._ways.setdefault(vehicle, _Way(vehicle, vehicle.front_m))
+        if way.astray_s < inf:
+            return
+        way.astray_s = self._traffic.now_s
+        vehicle.steered = True
+        self.strays += 1
+        on = self._traffic.lane_index(vehicle.name)
+        way.guides.appendleft(Guide(line.edge, on, line.position_m, -inf, to_lane=line.lane))
+        self._traffic.release(vehicle.name)
+        try:
+            self._traffic.hold(vehicle.name, line.edge, on, line.position_m)
+        except TrafficError:  # too late to stop there
+            self._traffic.brake(vehicle.name)
+
+    def step(self) -> list[Vehicle]:
+        """Move the steered vehicles on; return those that need it no longer."""
+        done: list[Vehicle] = []
+        for vehicle, way in list(self._ways.items()):
+            if way.is_due() and self._reached(way):
+                self._drop(way)
+            if not way.guides:
+                del self._ways[vehicle]
+                vehicle.steered = False
+                done.append(vehicle)
+        return done
+
+    def _reached(self, way: _Way) -> bool:
+        """Return whether the first guide has done its work; else let the vehicle change lanes if it may."""
+        vehicle, guide = way.vehicle, way.guides[0]
+        if guide.to_lane is not None:
+            return self._has_changed(way, guide.edge, guide.to_lane)
+        edge, _, on = self._traffic.lane(vehicle.name)[0].rpartition("_")
+        if edge != guide.edge:  # not yet, or past it in a single step
+            return way.past_m() > guide.position_m
+        if int(on) != guide.lane:
+            way.guides.popleft()
+            self.lead_back(vehicle, LanePosition(guide.edge, guide.lane, guide.position_m))
+            return False
+        return True
+
+    def _has_changed(self, way: _Way, edge: str, lane: int) -> bool:
+        """Return whether the vehicle is on the lane that it is to change to; else ask for it."""
+        vehicle, astray, name = way.vehicle, way.astray_s < inf, way.vehicle.name
+        if astray and self._traffic.lane(name)[0].rpartition("_")[0] != edge:
+            return True  # its way went on from where it was
+        if self._traffic.lane_index(name) == lane:
+            return True
+        at_guide = self._traffic.lane(name)[1] > way.guides[0].position_m - _AT_GUIDE_M
+        if not way.still and vehicle.speed < STANDING_MPS and at_guide:
+            way.still = True
+            self._traffic.release(name)
+            self._traffic.keep_to(name, 0.0)
+        if self._traffic.now_s - way.astray_s >= _LONG_S:
+            return self._traffic.put_on_lane(name, lane)
+        if astray or _is_next(way, self._ways.values()):
+            self._traffic.change_lane(name, lane)
+        return False
+
+    def _drop(self, way: _Way) -> None:
+        way.guides.popleft()
+        way.astray_s = inf
+        if way.still:
+            way.still = False
+            self._traffic.keep_to(way.vehicle.name, None)
+        else:
+            self._traffic.release(way.vehicle.name)
+        if way.guides:
+            self._set(way)
+
+    def _set(self, way: _Way) -> None:
+        guide = way.guides[0]
+        with suppress(TrafficError):  # too late for that: the lane it gets to is looked at all the same
+            self._traffic.hold(way.vehicle.name, guide.edge, guide.lane, guide.position_m)
+
+
+def _is_next(way: _Way, ways: Iterable[_Way]) -> bool:
+    """Return whether nobody is before a vehicle that is to change lanes first, nor beside it."""
+    vehicle, guide, past_m = way.vehicle, way.guides[0], way.past_m()
+    change = guide.edge, guide.lane, guide.to_lane
+    for other in ways:
+        first = other.guides[0]
+        same = (first.edge, first.lane, first.to_lane) == change and other.astray_s == inf
+        if same and other.past_m() > past_m:
+            return False
+    body = vehicle.bodies[-1]
+    at = body.place.bodies.index(body)
+    if at == 0:
+        return True
+    ahead = body.place.bodies[at - 1]
+    inside_m = ahead.vehicle.front_m - ahead.begin_m
+    return inside_m - ahead.vehicle.make.length_m >= vehicle.front_m - body.begin_m
