@@ -3,8 +3,7 @@
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
 Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
-of SUMO's own steps. The ledger knows neither lights, ordinary traffic nor stops yet (docs/heart.md),
-so lights are off.
+of SUMO's own steps. The ledger knows neither ordinary traffic nor stops yet (docs/heart.md).
 """
 
 from __future__ import annotations
@@ -25,11 +24,14 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.driving import Driving, Way
+from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
+from loopgate.control.lights import light
 from loopgate.control.rules import usual
 from loopgate.drive.track import Track
 from loopgate.results.columns import EVENT_COLUMNS
+from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -52,6 +54,8 @@ class Driven:
     gate_s: float
     free_to_go: int
     """How often a vehicle waited after a step though no rule refused it."""
+    on_red: int
+    """How often a vehicle crossed a line on red."""
     joined: int
     """How many vehicles came in after the beginning."""
 
@@ -93,8 +97,19 @@ class Turnover:
             self._coming.append(way)
 
 
-def way_of(track: Track) -> Way:
-    """Return a track as the ledger takes it."""
+def signals_in(assembly: Assembly, traffic: Traffic) -> dict[str, Signal]:
+    """Return the lights of a network by movement."""
+    lamps: dict[str, Lamp] = {}
+    return {
+        one.movement: Signal(
+            lamps.setdefault(one.light, Lamp(one.light, traffic)), one.link, float(one.speed_mps)
+        )
+        for one in signals_of(assembly.network)
+    }
+
+
+def way_of(track: Track, *, foreseen: bool = True) -> Way:
+    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
     return Way(
         vehicle=track.vehicle,
         loop=track.loop,
@@ -106,6 +121,7 @@ def way_of(track: Track) -> Way:
         front_m=float(track.front_m),
         renewed_on=track.rerouted_on,
         keeps_lane=track.keeps_lane,
+        foreseen=foreseen,
     )
 
 
@@ -132,8 +148,8 @@ def drive(
     system = cast("Abstraction", assembly.abstraction).system
     rooms = zip(system.states, system.room, system.private, strict=True)
     slots = {str(name): len(system.robots) if own else room for name, room, own in rooms}
-    ways = [way_of(track) for track in assembly.tracks]
-    layout = Layout(slots, list({id(way.legs): way.legs for way in ways}.values()))
+    ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
+    drawn = list({id(way.legs): way.legs for way in ways}.values())
     crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
@@ -149,7 +165,11 @@ def drive(
         traffic = start_traffic(options, backend="libsumo", log=folder / "log")
         try:
             traffic.step()
-            ledger = Ledger(usual(crowded), everybody=everybody, step_s=scenario.step_s)
+            signals = signals_in(assembly, traffic) if scenario.rule_for_lights == "obey" else {}
+            layout = Layout(slots, drawn, signals)
+            ledger = Ledger(
+                usual(crowded, [light] if signals else []), everybody=everybody, step_s=scenario.step_s
+            )
             driving = Driving(traffic, layout, ledger)
             driving.take_in(ways[: len(here)])
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
@@ -182,6 +202,7 @@ def drive(
         sumo_s=driving.sumo_s,
         gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,
+        on_red=driving.lights.on_red,
         joined=turnover.joined,
     )
 
@@ -194,6 +215,7 @@ def main() -> None:
     parser.add_argument("--loops", type=int, default=0)
     parser.add_argument("--duration", type=float, default=600.0)
     parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--lights", default="off", choices=["off", "obey"])
     given = parser.parse_args()
     kind = "plain" if heart.__file__.endswith(".py") else "compiled"
     for seed in range(1, given.seeds + 1):
@@ -202,7 +224,7 @@ def main() -> None:
             vehicles=given.vehicles,
             loops=given.loops,
             duration_s=given.duration,
-            lights="off",
+            lights=given.lights,
             seed=seed,
         )
         mine = drive(scenario, assemble(scenario))
@@ -210,7 +232,8 @@ def main() -> None:
         clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
         sys.stdout.write(
             f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
-            f"{mine.collisions} collisions, audit {clean}, {mine.gate_s / mine.sumo_s:.0%} on top of SUMO\n"
+            f"{mine.collisions} collisions, {mine.on_red} on red, audit {clean}, "
+            f"{mine.gate_s / mine.sumo_s:.0%} on top of SUMO\n"
             f"seed {seed} tables: {tables['distance_km']:.1f} km, "
             f"longest wait {tables['longest_wait_s']:g} s, "
             f"{tables['collisions']} collisions, audit {tables['audit']}, "

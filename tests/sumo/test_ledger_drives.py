@@ -8,7 +8,7 @@ from pathlib import Path
 import heart  # in analysis/
 import pytest
 
-from loopgate.control import crossings, driving, ledger, steering
+from loopgate.control import crossings, driving, lamps, ledger, lights, steering
 from loopgate.control.places import Vehicle
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
@@ -46,9 +46,9 @@ def test_vehicles_leave_and_come_in_between_the_others() -> None:
 
 
 @cache
-def town() -> tuple[Scenario, Assembly]:
-    """Return vehicles in a town with lanes to choose from, its lights off."""
-    scenario = Scenario(network="sumo:DRT", vehicles=200, duration_s=120, lights="off", seed=1)
+def town(lights: str) -> tuple[Scenario, Assembly]:
+    """Return vehicles in a town with lanes to choose from."""
+    scenario = Scenario(network="sumo:DRT", vehicles=200, duration_s=120, lights=lights, seed=1)
     return scenario, assemble(scenario)
 
 
@@ -61,11 +61,26 @@ def test_vehicles_change_lanes_where_their_loops_do(monkeypatch: pytest.MonkeyPa
         drop(self, way)
 
     monkeypatch.setattr(steering.Steering, "_drop", note)
-    driven = heart.drive(*town(), watched=True)
+    driven = heart.drive(*town("off"), watched=True)
     assert driven.findings == []
     assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
     assert driven.km > 150
     assert len(changes) > 20
+
+
+def test_vehicles_obey_lights() -> None:
+    driven = heart.drive(*town("obey"), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.on_red) == (0, 0, 0, 0)
+    assert "red" in set(driven.events["reason"])
+    assert driven.km > 130
+
+
+def test_were_nobody_kept_at_red_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(lamps.Signal, "next_letter", lambda *_: "G")
+    monkeypatch.setattr(lights, "_may_pass", lambda *_: True)
+    monkeypatch.setattr(lights, "_may_close", lambda *_: True)
+    assert heart.drive(*town("obey")).on_red
 
 
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
+from loopgate.control.lights import passes_lights
 from loopgate.control.motion import braking_time_s, time_s
 from loopgate.control.places import Body, Foe, Pass, Trip, Vehicle
 
@@ -36,7 +37,7 @@ class Hindrance:
         self.until_m: Final = until_m
 
 
-def in_the_way(vehicle: Vehicle) -> Hindrance | None:
+def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:
     """Return who keeps a vehicle from crossing now; None if nobody does."""
     order = PAST
     for over in vehicle.leg.passes:
@@ -53,20 +54,25 @@ def in_the_way(vehicle: Vehicle) -> Hindrance | None:
             left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
             if left_m < 0.0:
                 continue
-            relation = _relation(vehicle, over, foe, trip, shared)
+            if not _is_ever_on(shared, other) or not _is_ever_on(foe, vehicle):
+                continue
+            relation = _relation(vehicle, foe, trip, shared)
+            if relation == IN_THE_WAY and _passes_first(vehicle, over, foe, trip, shared):
+                relation = BEFORE
+            if relation == IN_THE_WAY and _comes_later(vehicle, over, foe, trip, shared, now_s):
+                relation = LATER
             if relation == IN_THE_WAY or order not in (PAST, relation):
                 return Hindrance(other, -inf)  # what both do decides, in each step
             order = relation
     return None
 
 
-def _relation(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> int:
+def _relation(vehicle: Vehicle, foe: Foe, trip: Trip, shared: Foe) -> int:
     """Return what another one, which is not past what both use, is to a vehicle."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
-    if other.steered or inside_m < _BEYOND_M or inside_m < shared.from_m:
-        later = _comes_later(vehicle, over, foe, trip, shared)
-        return LATER if later else IN_THE_WAY
+    if other.steered or not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
+        return IN_THE_WAY
     make = vehicle.make
     slow = min(other.make.top, _SLOW * trip.over.speed)
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
@@ -80,14 +86,46 @@ def _relation(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -
     return BEFORE if braking_time_s(left_m, room_m, slow, other.make.decel) <= reached_s else IN_THE_WAY
 
 
-def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> bool:
+def _is_ever_on(foe: Foe, vehicle: Vehicle) -> bool:
+    """Return whether a vehicle so long is ever on the stretch shared with the foe."""
+    return foe.from_m - foe.to_m <= vehicle.make.length_m
+
+
+def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> bool:
+    """Return whether another is past what both use before a vehicle comes into its junction."""
+    other, make, theirs = trip.vehicle, vehicle.make, trip.over
+    if other.steered or not other.make.foreseen:
+        return False
+    inside_m = other.front_m - trip.line_m
+    for lit in trip.leg.passes:
+        if lit.signal is not None and lit.ahead_m >= inside_m:
+            return False
+        if lit is theirs:
+            break
+    enters_m = min(over.ahead_m, foe.from_m)
+    soonest_s = foe.soonest_s - (foe.from_m - enters_m) / foe.least
+    to_go_m = vehicle.line_m - vehicle.front_m + enters_m
+    reached_s = max(soonest_s / make.haste, time_s(to_go_m, vehicle.speed, make.accel, make.top))
+    left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
+    slow = min(other.make.top, _SLOW * min(theirs.speed, shared.least))
+    passed_s = time_s(left_m, other.speed, _WEAK * other.make.accel, slow)
+    if passed_s + _AHEAD_S > reached_s:
+        return False
+    room_m = _room_m(other, trip.into)
+    if inside_m < theirs.wait_m and theirs.wait_m > theirs.ahead_m + _BEYOND_M:
+        room_m = min(room_m, theirs.wait_m - inside_m)
+    passed_s = braking_time_s(left_m, room_m, slow, other.make.decel)
+    return passed_s + _AHEAD_S <= reached_s and not _may_be_held(trip, inside_m)
+
+
+def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe, now_s: float) -> bool:
     """Return whether a vehicle, let go now, is past what both use before the other comes there."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
-    if vehicle.leg.guided or vehicle.steered or to_go_m <= _BEYOND_M:
+    if vehicle.leg.guided or vehicle.steered or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
         return False
-    if _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
+    if not passes_lights(vehicle, now_s) or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
         return False
     comes_s = max(
         (shared.soonest_s - max(0.0, inside_m) / shared.least) / other.make.haste,

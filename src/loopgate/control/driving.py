@@ -14,6 +14,7 @@ from loopgate.arrays import Floats
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
+from loopgate.control.lights import Lights
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.errors import TrafficError
@@ -45,12 +46,13 @@ class Way:
     front_m: float
     renewed_on: str
     keeps_lane: bool = False
+    foreseen: bool = True
 
 
 class Driving:
     """Vehicles on loops, under the rules of a ledger.
 
-    No lights, no ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
+    No ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
     missing. All vehicles are read in one go after a step; the rest costs only for vehicles that reached
     something.
 
@@ -73,6 +75,7 @@ class Driving:
         self._offset: Floats = np.zeros(0)
         self._front: Floats = np.zeros(0)
         self.steering = Steering(traffic)
+        self.lights = Lights(traffic)
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
         self._look_s = 0.0
@@ -85,7 +88,9 @@ class Driving:
             path = self._path(way)
             like = traffic.dynamics(way.vehicle)
             haste = max(1.0, like.speed_factor)
-            make = Make(like.length_m, like.accel_mps2, like.decel_mps2, way.top * haste, haste)
+            make = Make(
+                like.length_m, like.accel_mps2, like.decel_mps2, way.top * haste, haste, foreseen=way.foreseen
+            )
             vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
             vehicle.row = len(self._ids)
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
@@ -129,6 +134,7 @@ class Driving:
         self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
         self.ledger.leave(vehicle)
         self.steering.forget(vehicle)
+        self.lights.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
@@ -179,6 +185,7 @@ class Driving:
         for vehicle in stay:
             if not vehicle.held:
                 self._hold(vehicle)
+        self.lights.look(gone)
 
     def _hold(self, vehicle: Vehicle) -> None:
         line = self._drawn(vehicle, vehicle.granted).line

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import inf
+from types import MappingProxyType
 
 from loopgate.abstraction.itinerary import Crossing
 from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.control.lamps import Signal
 from loopgate.control.places import Foe, Junction, Leg, Movement, Pass, Place, joined
 
 Drawings = Sequence[Drawn]
@@ -21,9 +23,17 @@ class Layout:
         How many vehicles each place holds, by name.
     ways
         The legs of the paths, in driving order. Movements over junctions are found in them.
+    signals
+        The lights that are obeyed, by movement; none by default.
     """
 
-    def __init__(self, slots: Mapping[str, int], ways: Sequence[Drawings]) -> None:
+    def __init__(
+        self,
+        slots: Mapping[str, int],
+        ways: Sequence[Drawings],
+        signals: Mapping[str, Signal] = MappingProxyType({}),
+    ) -> None:
+        self._signals = signals
         self.places = {name: Place(name, room) for name, room in slots.items()}
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
@@ -48,8 +58,9 @@ class Layout:
         return joined(legs, closed=True)
 
     def _pass(self, crossing: Crossing, *, first: bool) -> Pass:
-        wait_m = float(crossing.wait_m)
-        over = Pass(self._movements[crossing.id], float(crossing.speed_mps), wait_m, first=first)
+        movement, signal = self._movements[crossing.id], self._signals.get(crossing.id)
+        wait_m, ahead_m = float(crossing.wait_m), float(crossing.ahead_m)
+        over = Pass(movement, float(crossing.speed_mps), wait_m, ahead_m, signal, first=first)
         for name in sorted(crossing.foes & self._movements.keys()):
             from_m, to_m = crossing.overlaps.get(name, (0.0, inf))
             soonest_s, least = crossing.soonest(from_m)

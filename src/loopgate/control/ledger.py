@@ -8,7 +8,7 @@ from typing import Final
 
 from loopgate.control.chain import closes_by_entering
 from loopgate.control.places import POINT, Body, Leg, Make, Place, Trip, Vehicle
-from loopgate.control.rules import Refusal, Rule
+from loopgate.control.refusal import Refusal, Rule
 
 GRANTED: Final = "granted"
 REFUSED: Final = "refused"
@@ -258,12 +258,14 @@ class Ledger:
             if refusal is not None:
                 if vehicle.reason != refusal.reason:
                     vehicle.reason = refusal.reason
+                    vehicle.refused_s.setdefault(refusal.reason, self.now_s)
                     wanted = vehicle.wanted() or vehicle.leg.place
                     self.log.append((REFUSED, vehicle, wanted, refusal.reason))
                 self._sleep(vehicle, refusal)
                 return False
         vehicle.asks = False
         vehicle.reason = ""
+        vehicle.refused_s.clear()
         vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)
         self._go_on(vehicle)
         return True
@@ -288,13 +290,13 @@ class Ledger:
             return
         self._go_out(vehicle)
         self._grants += 1
-        begins_m, line_m, passes = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg.passes
-        vehicle.steered = vehicle.steered or vehicle.leg.guided
+        begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
+        vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, ""))
         body = self._go_in(vehicle, begins_m)
-        for over in passes:
-            trip = Trip(body, over, self._grants, line_m, begins_m + vehicle.make.length_m)
+        for over in before.passes:
+            trip = Trip(body, before, over, self._grants, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
             vehicle.trips.append(trip)
         vehicle.near = False

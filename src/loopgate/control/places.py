@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Final
 
+from loopgate.control.lamps import Signal
 from loopgate.control.motion import braking_m
 
 MARGIN_M: Final = 1.0
@@ -80,13 +81,25 @@ class Pass:
     """A movement as it lies behind a leg.
 
     `speed`: the lowest limit on it [m/s]. `wait_m`: how far behind the line SUMO may last let a vehicle wait.
-    `first`: whether it begins at the line. `foes`: by movement.
+    `ahead_m`: how far behind the line it begins. `first`: whether it is the first behind the line. `signal`:
+    the light before it, if vehicles obey one. `foes`: by movement.
     """
 
-    __slots__ = ("first", "foes", "movement", "speed", "wait_m")
+    __slots__ = ("ahead_m", "first", "foes", "movement", "signal", "speed", "wait_m")
 
-    def __init__(self, movement: Movement, speed: float, wait_m: float, *, first: bool) -> None:
+    def __init__(
+        self,
+        movement: Movement,
+        speed: float,
+        wait_m: float,
+        ahead_m: float = 0.0,
+        signal: Signal | None = None,
+        *,
+        first: bool,
+    ) -> None:
         self.movement: Final = movement
+        self.ahead_m: Final = ahead_m
+        self.signal: Final = signal
         self.speed: Final = speed
         self.wait_m: Final = wait_m
         self.first: Final = first
@@ -142,12 +155,20 @@ class Trip:
     """A grant over one movement.
 
     `line_m`: where the line before it is on the vehicle's way. `clear_m`: its rear is over when its front is
-    there. `number`: the how manieth grant it was. `into`: the vehicle's body in the place behind.
+    there. `number`: the how manieth grant it was. `into`: the vehicle's body in the place behind. `leg`: the
+    leg before it. `light_m`: where its light is, if it has one; `lit`: whether the front is past that;
+    `committed`: whether it drives on there at amber, once that is `known`.
     """
 
-    __slots__ = ("clear_m", "into", "line_m", "number", "over", "vehicle")
+    __slots__ = (
+        "clear_m", "committed", "into", "known", "leg", "light_m", "line_m", "lit", "number", "over",
+        "vehicle",
+    )  # fmt: skip
 
-    def __init__(self, into: Body, over: Pass, number: int, line_m: float, clear_m: float) -> None:
+    def __init__(self, into: Body, leg: Leg, over: Pass, number: int, line_m: float, clear_m: float) -> None:
+        self.leg: Final = leg
+        self.light_m: Final = line_m + over.ahead_m
+        self.lit = self.known = self.committed = False
         self.vehicle: Final = into.vehicle
         self.into: Final = into
         self.over: Final = over
@@ -159,12 +180,16 @@ class Trip:
 class Make:
     """What a vehicle is like: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
-    `haste`: at how many times the limits it may drive, if that is more than one.
+    `haste`: at how many times the limits it may drive, if that is more than one. `foreseen`: whether it can
+    be told when it will be past a crossing.
     """
 
-    __slots__ = ("accel", "decel", "haste", "length_m", "top")
+    __slots__ = ("accel", "decel", "foreseen", "haste", "length_m", "top")
 
-    def __init__(self, length_m: float, accel: float, decel: float, top: float, haste: float) -> None:
+    def __init__(
+        self, length_m: float, accel: float, decel: float, top: float, haste: float, *, foreseen: bool = True
+    ) -> None:
+        self.foreseen: Final = foreseen
         self.length_m: Final = length_m
         self.accel: Final = accel
         self.decel: Final = decel
@@ -185,13 +210,14 @@ class Vehicle:
     asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
     on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
     holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
-    where something is to be done next. `steered`: whether it is led to a lane, and asks for nothing.
+    where something is to be done next. `refused_s`: since when it is refused, by reason. `steered`: whether
+    it is led to a lane, and asks for nothing.
     """
 
     __slots__ = (
         "asks", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "make", "name", "near", "number", "reason", "row", "since_s", "speed", "steered",
-        "trips", "watchers", "woken",
+        "longest_s", "make", "name", "near", "number", "reason", "refused_s", "row", "since_s", "speed",
+        "steered", "trips", "watchers", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -216,6 +242,7 @@ class Vehicle:
         self.near = False
         self.steered = False
         self.reason = ""
+        self.refused_s: dict[str, float] = {}
         self.since_s = 0.0
         self.longest_s = 0.0
 

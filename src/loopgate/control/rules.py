@@ -5,47 +5,17 @@ A rule takes a vehicle that heads its line, and the time [s]. It changes nothing
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from math import inf
 from typing import Final
 
 from loopgate.control.chain import full_after
 from loopgate.control.crossings import in_the_way
-from loopgate.control.places import Place, Vehicle
+from loopgate.control.places import Vehicle
+from loopgate.control.refusal import Refusal, Rule
 
 PATIENCE_S: Final = 100.0
 """The longest wait for the reserve, from an empty place into a full one [s]."""
-
-
-class Refusal:
-    """Why a vehicle waits, and what wakes it: it is asked about again then.
-
-    `until`: a vehicle leaves one of these places, or its line. `passed`: that vehicle's front is at
-    `passed_m`. `at_s`: that time comes. One that names nothing is asked about again in each step.
-    """
-
-    __slots__ = ("at_s", "passed", "passed_m", "reason", "until")
-
-    def __init__(
-        self,
-        reason: str,
-        until: Sequence[Place] = (),
-        at_s: float = inf,
-        passed: Vehicle | None = None,
-        passed_m: float = 0.0,
-    ) -> None:
-        self.reason: Final = reason
-        self.until: Final = until
-        self.at_s: Final = at_s
-        self.passed: Final = passed
-        self.passed_m: Final = passed_m
-
-    def names_nothing(self) -> bool:
-        """Return whether nothing that the ledger sees lifts it."""
-        return not self.until and self.at_s == inf and self.passed is None
-
-
-Rule = Callable[[Vehicle, float], Refusal | None]
 
 
 def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
@@ -56,9 +26,9 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal("occupied", [wanted])
 
 
-def crossing(vehicle: Vehicle, _now_s: float) -> Refusal | None:
+def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
     """Refuse where a vehicle under way on the crossing is in the way."""
-    other = in_the_way(vehicle)
+    other = in_the_way(vehicle, now_s)
     if other is None:
         return None
     if other.until_m == -inf:
@@ -89,6 +59,9 @@ def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal("deadlock", after.places) if after.circle() else None
 
 
-def usual(crowded: float = inf) -> list[Rule]:
-    """Return the rules in the order in which they are asked; `crowded` as for `reserve`."""
-    return [room, crossing, *([reserve(crowded)] if crowded < inf else []), chain]
+def usual(crowded: float = inf, outside: Sequence[Rule] = ()) -> list[Rule]:
+    """Return the rules in the order in which they are asked.
+
+    `crowded`: as for `reserve`. `outside`: about what comes from outside, as `loopgate.control.lights.light`.
+    """
+    return [room, crossing, *outside, *([reserve(crowded)] if crowded < inf else []), chain]

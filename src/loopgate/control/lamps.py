@@ -1,0 +1,110 @@
+"""Traffic lights: what they show to a movement now, and when that changes as their programs tell."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Final
+
+from loopgate.traffic.base import Program, Traffic
+
+OPEN: Final = "GgoOs"
+"""SUMO's letters with which a vehicle may drive: green, lights off, and the green arrow."""
+AMBER: Final = "yY"
+RED: Final = "ru"
+ARROW: Final = "s"
+"""A green arrow, before which a vehicle stops first."""
+
+
+class Lamp:
+    """A light of the simulator, read when its program may have gone on, at most once a step."""
+
+    def __init__(self, name: str, traffic: Traffic) -> None:
+        self.name: Final = name
+        self._traffic: Final = traffic
+        self._programs: dict[str, Program] = {}
+        self._seen_s = self.changes_s = -inf
+        self.state = ""
+        self.phase = 0
+        self.spent_s = 0.0
+        self.program = Program((), fixed=False)
+
+    def look(self, now_s: float) -> None:
+        """Read it if what was read holds no longer; a change due now is made in the next step."""
+        if self._seen_s == now_s or now_s <= self.changes_s:
+            return
+        shown = self._traffic.light(self.name)
+        if shown.program not in self._programs:
+            self._programs[shown.program] = self._traffic.light_program(self.name)
+        self.program = self._programs[shown.program]
+        self.state, self.phase, self.changes_s = shown.state, shown.phase, shown.changes_s
+        self._seen_s = now_s
+        self.spent_s = shown.spent_s
+
+    def next_step(self, now_s: float) -> tuple[str, int, float]:
+        """Return letters and phase in the next step, and when they change after that [s].
+
+        Certain where the program is fixed. Others are taken to end what they show as soon as they may.
+        """
+        self.look(now_s)
+        if self.program.fixed and self.changes_s <= now_s:
+            phase = self.program.phases[self.phase].following
+            there = self.program.phases[phase]
+            return there.state, phase, now_s + there.longest_s
+        return self.state, self.phase, max(now_s, self.changes_s)
+
+    def shown_for_s(self, now_s: float) -> float:
+        """Return for how long it has shown what it shows [s]."""
+        return self.spent_s + now_s - self._seen_s
+
+
+class Signal:
+    """What a lamp shows to a movement: the letter at `link`. `speed`: the lowest limit on it [m/s]."""
+
+    __slots__ = ("lamp", "link", "speed")
+
+    def __init__(self, lamp: Lamp, link: int, speed: float) -> None:
+        self.lamp: Final = lamp
+        self.link: Final = link
+        self.speed: Final = speed
+
+    def next_letter(self, now_s: float) -> str:
+        """Return what it shows in the next step."""
+        return self.lamp.next_step(now_s)[0][self.link]
+
+    def red_at_s(self, now_s: float) -> float:
+        """Return when it turns red, after the rest of the green and the amber [s]; now if it is red."""
+        state, phase, change_s = self.lamp.next_step(now_s)
+        phases, red_s = self.lamp.program.phases, now_s
+        for _ in range(len(phases) + 1):
+            if state[self.link] not in OPEN and state[self.link] not in AMBER:
+                return red_s
+            red_s = change_s
+            if phases:
+                phase = phases[phase].following
+                state = phases[phase].state
+                change_s += phases[phase].longest_s
+        return inf
+
+    def may_be_open(self, now_s: float, from_s: float, to_s: float) -> bool:
+        """Return whether it is open all the time between two times from now on, as far as can be known.
+
+        Of a program that is not fixed only what it shows is known, and when at the latest that ends.
+        """
+        lamp = self.lamp
+        lamp.look(now_s)
+        phases, phase, state = lamp.program.phases, lamp.phase, lamp.state
+        open_now = state[self.link] in OPEN
+        if not phases or not (lamp.program.fixed or open_now):
+            return open_now
+        left_s = lamp.changes_s - now_s
+        if not lamp.program.fixed:
+            left_s = phases[phase].longest_s - lamp.shown_for_s(now_s)
+        for _ in range(len(phases) + 1):
+            if left_s > from_s and state[self.link] not in OPEN:
+                return False
+            if left_s >= to_s:
+                return True
+            phase = phases[phase].following
+            state = phases[phase].state
+            left_s += phases[phase].longest_s
+        return True

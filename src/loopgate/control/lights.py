@@ -1,0 +1,169 @@
+"""Lights that are obeyed: grants into green only, and who drives on at amber.
+
+`loopgate.drive.lights` says why; the rules here are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf
+from typing import Final
+
+from loopgate.control.lamps import ARROW, OPEN, RED, Signal
+from loopgate.control.motion import braking_m, time_s
+from loopgate.control.places import Leg, Pass, Trip, Vehicle
+from loopgate.control.refusal import Refusal
+from loopgate.traffic.base import Traffic
+
+FAR_M: Final = 50.0
+"""A light farther than this from where vehicles are held is of no account to one that sets out there [m]."""
+
+PATIENCE_S: Final = 180.0
+"""After this long only the light at its line keeps a vehicle [s]."""
+
+_ARROW_STOP_S: Final = 3.0
+_BEFORE_RED_S: Final = 1.0
+_SLOW_ACCEL: Final = 0.6
+_SLOW_SPEED: Final = 0.9
+_START_S: Final = 1.0
+_STANDING_MPS: Final = 0.1
+_JUST_S: Final = 1e-3
+
+
+def light(vehicle: Vehicle, now_s: float) -> Refusal | None:
+    """Refuse where a light on the crossing does not let the vehicle pass, or not in time."""
+    leg, first = vehicle.leg, True
+    patient = now_s - vehicle.refused_s.get("red", inf) < PATIENCE_S
+    for over in leg.passes:
+        signal = over.signal
+        if signal is None:
+            continue
+        if first and _is_at_line(over, leg) and signal.next_letter(now_s) not in OPEN:
+            lamp = signal.lamp
+            # A fixed program says when to ask again; others are looked at in each step.
+            fixed = lamp.program.fixed and lamp.changes_s > now_s
+            return Refusal("red", at_s=lamp.changes_s - _JUST_S if fixed else inf)
+        first = False
+        if patient and over.ahead_m <= FAR_M and not _may_pass(vehicle, over, signal, now_s):
+            return Refusal("red")
+    return None
+
+
+def passes_lights(vehicle: Vehicle, now_s: float) -> bool:
+    """Return whether a vehicle, if the lights let it go, passes all of them for sure."""
+    for number, over in enumerate(vehicle.leg.passes):
+        signal = over.signal
+        if signal is None:
+            continue
+        if now_s - vehicle.refused_s.get("red", inf) >= PATIENCE_S or over.ahead_m > FAR_M:
+            return False
+        if number > 0 and not signal.lamp.program.fixed:
+            return False
+    return True
+
+
+def _is_at_line(over: Pass, leg: Leg) -> bool:
+    """Return whether the light stands where vehicles are held, and not farther on."""
+    return over is leg.passes[0] and over.ahead_m <= FAR_M
+
+
+def _may_pass(vehicle: Vehicle, over: Pass, signal: Signal, now_s: float) -> bool:
+    """Return whether a light is green when the vehicle gets there, set out now."""
+    distance_m = vehicle.line_m - vehicle.front_m + over.ahead_m
+    slow_s = _slow_s(vehicle, signal, distance_m)
+    if _is_at_line(over, vehicle.leg):
+        spare_s = _ARROW_STOP_S if signal.next_letter(now_s) == ARROW else _BEFORE_RED_S
+        return now_s + slow_s + spare_s <= signal.red_at_s(now_s)
+    make = vehicle.make
+    fast_s = time_s(distance_m, vehicle.speed, make.accel, make.top)
+    return signal.may_be_open(now_s, fast_s, _START_S + slow_s)
+
+
+def _slow_s(vehicle: Vehicle, signal: Signal, distance_m: float) -> float:
+    """Return how long a slow driver takes to a light [s]."""
+    make = vehicle.make
+    top = min(make.top, max(vehicle.speed, signal.speed))
+    return time_s(distance_m, vehicle.speed, _SLOW_ACCEL * make.accel, _SLOW_SPEED * top)
+
+
+class Lights:
+    """Lets vehicles that were let go drive on at amber, and stop for red if they can.
+
+    `on_red`: how often a line was crossed on red. `stood_s`: how long vehicles stood at a light though they
+    held a grant beyond it [s].
+    """
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self._under_way: dict[Vehicle, None] = {}
+        self._heedless: set[Vehicle] = set()
+        self.on_red = 0
+        self.stood_s = 0.0
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """Take note that the vehicle is in the ledger no longer."""
+        self._under_way.pop(vehicle, None)
+        self._heedless.discard(vehicle)
+
+    def look(self, granted: Iterable[Vehicle]) -> None:
+        """Look at the lights before vehicles that were let go, once in each step, after all answers."""
+        now_s = self._traffic.now_s
+        for vehicle in granted:
+            if vehicle.trips:
+                self._under_way[vehicle] = None
+        for vehicle in list(self._under_way):
+            ahead = [trip for trip in vehicle.trips if trip.over.signal is not None and not trip.lit]
+            while ahead and vehicle.front_m > ahead[0].light_m:
+                trip = ahead.pop(0)
+                trip.lit = True
+                self.on_red += self._letter(trip) in RED
+            for trip in ahead:
+                self._look_at(trip, now_s)
+            self._tell(vehicle, bool(ahead) and ahead[0].committed and _may_close(ahead[0], now_s))
+            if not ahead:
+                del self._under_way[vehicle]
+
+    def _letter(self, trip: Trip) -> str:
+        """Return what the light on a trip shows; nothing if there is none."""
+        signal = trip.over.signal
+        if signal is None:
+            return ""
+        signal.lamp.look(self._traffic.now_s)
+        return signal.lamp.state[signal.link]
+
+    def _look_at(self, trip: Trip, now_s: float) -> None:
+        vehicle, signal = trip.vehicle, trip.over.signal
+        if signal is None:
+            return
+        letter = signal.next_letter(now_s)
+        if not trip.known:
+            trip.known = True
+            trip.committed = trip.over.first and trip.over.ahead_m <= FAR_M and letter != ARROW
+        if letter in OPEN:
+            return
+        if trip.committed and _stops(vehicle, signal, trip.light_m, now_s, self._traffic.step_s):
+            trip.committed = False
+        if vehicle.speed < _STANDING_MPS:
+            self.stood_s += self._traffic.step_s
+
+    def _tell(self, vehicle: Vehicle, drives_on: bool) -> None:  # noqa: FBT001  what it is told
+        if drives_on != (vehicle in self._heedless):
+            self._traffic.heed_lights(vehicle.name, heeds=not drives_on)
+            (self._heedless.add if drives_on else self._heedless.discard)(vehicle)
+
+
+def _may_close(trip: Trip, now_s: float) -> bool:
+    """Return whether a light may not be open in the next step."""
+    signal = trip.over.signal
+    if signal is None:
+        return False
+    letter = signal.next_letter(now_s)
+    return letter not in OPEN or (not signal.lamp.program.fixed and signal.lamp.changes_s <= now_s)
+
+
+def _stops(vehicle: Vehicle, signal: Signal, light_m: float, now_s: float, step_s: float) -> bool:
+    """Return whether a vehicle whose light has closed can still stop, and may be late if it does not."""
+    left_m = light_m - vehicle.front_m
+    if left_m < braking_m(vehicle.speed, vehicle.make.decel, step_s):
+        return False
+    return now_s + _slow_s(vehicle, signal, left_m) > signal.red_at_s(now_s)
