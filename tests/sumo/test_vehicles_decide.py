@@ -9,7 +9,8 @@ from typing import Any
 
 import pytest
 
-from loopgate.drive.among import Among
+from loopgate.drive.by_messages.controllers import ControllersHere
+from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.errors import ScenarioError
 from loopgate.simulation.fleet import fleet
 from loopgate.simulation.run import simulate
@@ -44,14 +45,14 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Vehicles know their loops and what they heard; posts their place; and all of it is numbers."""
-    made: list[Among] = []
+    made: list[DecisionsByMessages] = []
 
-    class Kept(Among):
-        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as `Among`
+    class Kept(DecisionsByMessages):
+        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
             super().__init__(*given)
             made.append(self)
 
-    monkeypatch.setattr(fleet, "Among", Kept)
+    monkeypatch.setattr(fleet, "DecisionsByMessages", Kept)
     summary = simulate(CROWD, tmp_path / "run")
     assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
     found = summary["by_messages"]
@@ -59,16 +60,18 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     assert found["moves"] > 100
     assert found["lost"] > 20
     assert found["by_kind"]["probe"] > 0
+    assert found["bytes"] == sum(found["bytes_by_kind"].values()) > 50 * found["moves"]
     assert summary["messages"] == found["messages"]
-    (among,) = made
-    for car in among.vehicles:
+    (decisions,) = made
+    assert isinstance(decisions.controllers, ControllersHere)
+    for car in (one.vehicle for one in decisions.controllers.all):
         _numbers(car)
         assert {place for place, _ in (*car.rears, *car.untold)} <= set(car.loop)
-    for post in among.posts:
+    for post in decisions.posts:
         _numbers(post)
         assert len(post.line) <= post.slots
     said = {field.name for field in dataclasses.fields(Vehicle)}
-    assert said == {"id", "loop", "at", "number", "inside", "rears", "untold"}
+    assert said == {"id", "loop", "at", "number", "inside", "rears", "untold", "forgot"}
     assert {field.name for field in dataclasses.fields(Post)} == {
         *("place", "slots", "line", "known", "rears", "kept", "probes", "gone", "waiting")
     }

@@ -76,4 +76,5 @@ UNTIL: Final = "to_s"  # until when
 # one row per kind of message
 MESSAGE: Final = "message"  # its kind
 MESSAGES: Final = "messages"  # transmissions
+BYTES: Final = "bytes"  # what they hold
 PER_MOVE: Final = "per_move"  # of them for each move of a vehicle to its next place

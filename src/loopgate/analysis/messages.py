@@ -12,8 +12,8 @@ from loopgate.analysis.frames import table
 def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the messages of a run by kind, the most first.
 
-    `MESSAGE`, `MESSAGES` (transmissions), `PER_MOVE` (for each move to a next place). Empty where
-    one program decided.
+    `MESSAGE`, `MESSAGES` (transmissions), `PER_MOVE` (for each move to a next place), `BYTES` (what they
+    hold as JSON). Empty where one program decided.
 
     Parameters
     ----------
@@ -23,13 +23,15 @@ def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     Examples
     --------
     >>> from loopgate.analysis import compute_messages
-    >>> found = {"moves": 2, "by_kind": {"ask": 3, "grant": 2}}
+    >>> found = {"moves": 2, "by_kind": {"ask": 3, "grant": 2}, "bytes_by_kind": {"ask": 240}}
     >>> compute_messages(summary={"by_messages": found})["per_move"].tolist()
     [1.5, 1.0]
     """
     found = summary.get("by_messages") or {"moves": 0, "by_kind": {}}
     kinds = sorted(found["by_kind"].items(), key=lambda one: (-one[1], one[0]))
+    sizes, moves = found.get("bytes_by_kind", {}), max(1, found["moves"])
     rows = (
-        {a.MESSAGE: kind, a.MESSAGES: many, a.PER_MOVE: many / max(1, found["moves"])} for kind, many in kinds
+        {a.MESSAGE: kind, a.MESSAGES: many, a.PER_MOVE: many / moves, a.BYTES: sizes.get(kind, 0)}
+        for kind, many in kinds
     )
-    return table(rows, [a.MESSAGE, a.MESSAGES, a.PER_MOVE])
+    return table(rows, [a.MESSAGE, a.MESSAGES, a.PER_MOVE, a.BYTES])

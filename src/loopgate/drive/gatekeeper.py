@@ -11,8 +11,8 @@ from typing import Any, cast
 import numpy as np
 
 from loopgate.drive import step as drive
-from loopgate.drive.among import Among
 from loopgate.drive.blocking import blockers
+from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.drive.codes import (
     CROSSING,
     NOTHING,
@@ -84,7 +84,7 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
-        self.among: Among | None = None
+        self.by_messages: DecisionsByMessages | None = None
         """Vehicles that decide the chain rule and slots among themselves; to be set before any are there."""
         self._posted = False
         self._all_of_step = True
@@ -199,7 +199,7 @@ class Gatekeeper:
     @property
     def compiled(self) -> bool:
         """Whether all is decided in compiled code: by the chain rule and pressure."""
-        return self._by_chain and self._by_pressure and self.among is None
+        return self._by_chain and self._by_pressure and self.by_messages is None
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -261,8 +261,8 @@ class Gatekeeper:
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]
-        if self.among is not None:
-            self._listen(self.among)
+        if self.by_messages is not None:
+            self._listen(self.by_messages)
         if self._look is not None:
             if waiting:
                 self._look()
@@ -323,9 +323,9 @@ class Gatekeeper:
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
         robots = self._in_order(self._step(drive.COLLECT), now_s)
-        if self.among is not None:
+        if self.by_messages is not None:
             began = perf_counter_ns()
-            self.among.decide(robots, now_s, all_of_step=self._all_of_step)
+            self.by_messages.decide(robots, now_s, all_of_step=self._all_of_step)
             self._all_of_step = False
             if robots:
                 took_us = (perf_counter_ns() - began) / 1000.0 / len(robots)
@@ -367,12 +367,12 @@ class Gatekeeper:
     def _request(self, robot: int) -> Request:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
 
-    def _listen(self, among: Among) -> None:
+    def _listen(self, decisions: DecisionsByMessages) -> None:
         """Let vehicles and posts hear what has come since the last step."""
         if not self._posted:
-            among.begin(self._tables)
+            decisions.begin(self._tables)
             self._posted = True
-        among.look(float(self._run["now_s"][0]))
+        decisions.look(float(self._run["now_s"][0]))
         self._all_of_step = True
 
     def free_way(self, robot: int) -> bool:

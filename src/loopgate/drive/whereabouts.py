@@ -41,7 +41,7 @@ class Whereabouts:
 
     def __init__(self, tables: Tables) -> None:
         v, legs = cast("Any", tables.vehicles), cast("Any", tables.legs)
-        self._front, self._granted = v["front"], v["granted"]
+        self._front, self._granted, self._tail = v["front"], v["granted"], v["tail"]
         self._leg_at, self._legs_of = v["leg_at"], v["legs"]
         passes, foes = cast("Any", tables.passes), cast("Any", tables.foes)
         self._pass_at, self._pass_end = legs["pass_at"], legs["pass_end"]
@@ -66,6 +66,25 @@ class Whereabouts:
                 key = place, way.places[(leg + 1) % len(way.places)]
                 over_m = way.begin_m(leg + 1) - way.end_m(leg)
                 self.over_m[key] = max(over_m, self.over_m.get(key, 0.0))
+
+    def place(self, vehicle: int) -> int:
+        """Return the place of the last grant to a vehicle."""
+        return self._place(vehicle, int(self._granted[vehicle]))
+
+    def wanted(self, vehicle: int) -> int:
+        """Return the place behind the last that was granted to a vehicle."""
+        return self._place(vehicle, int(self._granted[vehicle]) + 1)
+
+    def _place(self, vehicle: int, leg: int) -> int:
+        places = self.ways[vehicle].places
+        return places[leg % len(places)]
+
+    def stand(self, vehicle: int) -> tuple[tuple[int, ...], int, tuple[int, ...]]:
+        """Return the places of its loop, the position of its own there, and those that its rear is in."""
+        granted, tail = int(self._granted[vehicle]), int(self._tail[vehicle])
+        places = self.ways[vehicle].places
+        rears = tuple(self._place(vehicle, leg) for leg in range(tail, granted))
+        return tuple(places), granted % len(places), rears
 
     def crossing(self, vehicle: int) -> tuple[frozenset[int], frozenset[int]]:
         """Return the movements of the crossing that a vehicle wants, and those in conflict with them."""

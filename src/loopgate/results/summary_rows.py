@@ -162,6 +162,8 @@ def _messages(found: Mapping[str, Any] | None) -> list[tuple[str, str]]:
     if not found:
         return []
     kinds = ", ".join(f"{kind} {many}" for kind, many in found["by_kind"].items())
+    sizes = ", ".join(f"{kind} {many}" for kind, many in found["bytes_by_kind"].items())
+    sizes = f"{found['bytes']}, {found['bytes_per_move']:.0f} for each move: {sizes}"
     why = ", ".join(f"{reason} {many}" for reason, many in found["refused"].items()) or "none"
     other = sum(found["central_otherwise"].values())
     lost = f"{found['lost']} lost, {found['too_far']} too far; longest way {found['longest_m']:.0f} m"
@@ -171,6 +173,7 @@ def _messages(found: Mapping[str, Any] | None) -> list[tuple[str, str]]:
             f"{found['messages']}, {found['per_move']:.2f} for each of {found['moves']} moves; {lost}",
         ),
         ("messages by kind", kinds),
+        ("bytes by kind", sizes),
         ("refused by posts", f"{why}; {other} of them a central gate would have granted"),
     ]
 

@@ -298,7 +298,8 @@ def summary(
 def _messages(keeper: Gatekeeper | None) -> int:
     if keeper is None:
         return 0
-    return keeper.messages + (sum(keeper.among.sent.values()) if keeper.among is not None else 0)
+    decisions = keeper.by_messages
+    return keeper.messages + (sum(decisions.radio.sent.values()) if decisions is not None else 0)
 
 
 def promise_figures(keeper: Gatekeeper | None) -> dict[str, str]:

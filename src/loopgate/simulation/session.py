@@ -115,9 +115,9 @@ class Session:
         around = self.around.report() if self.around else {}
         other_ways = self.rerouting.report() if self.rerouting else {}
         other_ways |= self.containment.report() if self.containment else {}
-        among = self.keeper.among if self.keeper else None
-        if among is not None:
-            other_ways["by_messages"] = among.report()
+        decisions = self.keeper.by_messages if self.keeper else None
+        if decisions is not None:
+            other_ways["by_messages"] = decisions.report()
         return around | self.stops.report() | self.departures.report(end_s) | other_ways
 
 

@@ -30,11 +30,15 @@ class AirSettings:
         The share of transmissions that are not heard, from 0 to below 1.
     delay_s
         How long one takes in the mean [s]: from half of it to half as much again, by lot.
+    cut_at_s, cut_s
+        When the network is cut in two, and for how long [s].
     """
 
     range_m: float = 150.0
     loss: float = 0.0
     delay_s: float = 0.1
+    cut_at_s: float = 0.0
+    cut_s: float = 0.0
 
 
 _OPTIONS = {
@@ -54,8 +58,8 @@ def read_decide(spec: str) -> AirSettings | None:
 
     Examples
     --------
-    >>> read_decide("vehicles:loss=0.1")
-    AirSettings(range_m=150.0, loss=0.1, delay_s=0.1)
+    >>> read_decide("vehicles:loss=0.1").loss
+    0.1
     """
     if spec == CENTRAL:
         return None

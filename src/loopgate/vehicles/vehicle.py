@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from loopgate.vehicles.messages import Ask, Goes, Grant, Left, Message, Moved, Room, Stamp
@@ -30,6 +31,8 @@ class Vehicle:
         Places that it has moved on from, and its rear has not left.
     untold
         Places that it has left, and that have not said that they know.
+    forgot
+        Numbers up to this one it has used before it lost its memory, if it has.
 
     Examples
     --------
@@ -49,6 +52,7 @@ class Vehicle:
     inside: int = 0
     rears: tuple[Told, ...] = ()
     untold: tuple[Told, ...] = ()
+    forgot: int = 0
 
     @property
     def place(self) -> int:
@@ -87,7 +91,8 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
         )
         goes = Goes(grant.place, vehicle.id, grant.number)
         return after, [goes, Moved(vehicle.place, vehicle.id, vehicle.inside)]
-    if (grant.place, grant.number) == (vehicle.place, vehicle.inside):
+    inside = grant.number == vehicle.inside or grant.number <= vehicle.forgot
+    if grant.place == vehicle.place and inside:
         return vehicle, [Goes(grant.place, vehicle.id, grant.number)]
     if any(place == grant.place for place, _ in vehicle.rears):  # to have left would free its slot too
         return vehicle, [Moved(grant.place, vehicle.id, grant.number)]
@@ -104,6 +109,32 @@ def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
         return replace(vehicle, number=grant.number, rears=rears), []
     after = replace(vehicle, number=grant.number, untold=_also(vehicle, grant.place, grant.number))
     return after, [Left(grant.place, vehicle.id, grant.number)]
+
+
+def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
+    """Return a vehicle that has lost its memory, but knows where it is.
+
+    It takes a number that is ahead of all that it has used; to have moved on or left under that one covers
+    all before. Each post of its loop in whose place nothing of it is may still have it in the books: so it
+    says `Left` to all of these, and each takes out what is older than the number.
+
+    Parameters
+    ----------
+    rears
+        The places behind that its body is still in, the farthest first.
+    number
+        Larger than all numbers that it has used, and all that it has asked with.
+
+    Examples
+    --------
+    >>> car = begin_anew(Vehicle(1, loop=(3, 7, 9), at=1), rears=(3,), number=5000)
+    >>> car.rears, car.untold
+    (((3, 5000),), ((9, 5000),))
+    """
+    here = {vehicle.loop[vehicle.at], *rears}
+    away = tuple((place, number) for place in dict.fromkeys(vehicle.loop) if place not in here)
+    behind = tuple((place, number) for place in rears)
+    return replace(vehicle, number=number, inside=number, rears=behind, untold=away, forgot=number)
 
 
 def rear_out(vehicle: Vehicle) -> Answer:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.among import Among
+from loopgate.drive.by_messages.controllers import ControllersHere
+from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -141,7 +142,9 @@ class Fleet:
                     "all places hold two; take central"
                 )
                 raise ScenarioError(msg)
-            self.keeper.among = Among(self._rules.air, self._rules.seed, self.keeper)
+            self.keeper.by_messages = DecisionsByMessages(
+                self._rules.air, self._rules.seed, self.keeper, ControllersHere()
+            )
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.

@@ -1,8 +1,8 @@
 """Vehicles and posts that decide the chain rule and slots among themselves, by messages in simulated time.
 
 `loopgate.vehicles` says what each does with a message, knowing its own state and nothing else. Here is the
-world around them: the air, what a vehicle senses (that it is first in line, that its crossing is free, that
-its rear is out), and its motor.
+bridge between them and the road: what a vehicle senses (that it is first in line, that its crossing is free,
+that its rear is out), its motor, and its clock.
 
 What is answered within half a step counts in that step, else in the next: the simulator knows no time between
 steps.
@@ -12,25 +12,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
-from random import Random
 from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
+from loopgate.drive.by_messages.controllers import Controllers
+from loopgate.drive.by_messages.radio import Radio
 from loopgate.drive.tables import Tables
 from loopgate.drive.whereabouts import Whereabouts
 from loopgate.errors import ScenarioError
 from loopgate.gates import Reason
 from loopgate.vehicles import post as posts
-from loopgate.vehicles import vehicle as cars
-from loopgate.vehicles.air import Air, AirSettings
+from loopgate.vehicles.air import AirSettings
 from loopgate.vehicles.messages import (
     Ask,
     Changed,
     Clear,
     Goes,
-    Grant,
     Left,
     Message,
     Moved,
@@ -39,12 +37,12 @@ from loopgate.vehicles.messages import (
     Refuse,
     Room,
     ToPost,
+    ToVehicle,
     Why,
 )
 from loopgate.vehicles.post import Entry, Kept, Post
-from loopgate.vehicles.vehicle import Vehicle
 
-__all__ = ["Among", "Motor"]
+__all__ = ["DecisionsByMessages", "Motor"]
 
 _ROOM_PATIENCE_S = 5.0
 """After so long a vehicle that found a place full asks again, though it has not heard of room [s]."""
@@ -80,7 +78,8 @@ class _Again(NamedTuple):
     asked_s: float
 
 
-_Event = Message | _Patience | _Mind | _Again
+_Timed = _Patience | _Mind | _Again
+_Event = Message | _Timed
 
 
 class Motor(Protocol):
@@ -103,8 +102,8 @@ class Motor(Protocol):
         ...
 
 
-class Among:
-    """The vehicles and posts of a run.
+class DecisionsByMessages:
+    """The decisions of a run, by the posts and the controllers of its vehicles.
 
     Parameters
     ----------
@@ -114,15 +113,17 @@ class Among:
         Draws what is lost, and how long messages take.
     motor
         What vehicles do.
+    controllers
+        Those aboard.
     """
 
-    def __init__(self, settings: AirSettings, seed: int, motor: Motor) -> None:
+    def __init__(self, settings: AirSettings, seed: int, motor: Motor, controllers: Controllers) -> None:
         self.settings = settings
-        self.air: Air[_Event] = Air(settings, Random(f"air {seed}"))
+        self.radio: Radio[_Timed] = Radio(settings, seed)
+        self.controllers = controllers
+        self._air = self.radio.air
         self._motor = motor
         self.posts: list[Post] = []
-        self.vehicles: list[Vehicle] = []
-        self.sent: Counter[str] = Counter()
         self.moves = self.unsafe = self.given_back = 0
         self.refused: Counter[str] = Counter()
         self.otherwise: Counter[str] = Counter()
@@ -136,8 +137,8 @@ class Among:
         self._asked_s: dict[int, float] = {}
         self._full: dict[int, dict[int, float]] = {}
         """By place, who found it full, and when it asks again all the same [s]."""
-        self._held: dict[int, Grant] = {}
-        """Grants that came between two steps."""
+        self._held: dict[int, None] = {}
+        """Who holds a grant that came between two steps."""
         self._repeating: set[int] = set()
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
         self._again_s = 3.0 * settings.delay_s  # no answer takes longer, but for that to a probe
@@ -151,12 +152,9 @@ class Among:
         self._since_s, self._tail = v["since_s"], v["tail"]
         self._tails = self._tail.copy()
         self.where = where = Whereabouts(tables)
-        self.vehicles = [
-            Vehicle(n, tuple(way.places), int(v["granted"][n]) % len(way.places))
-            for n, way in enumerate(where.ways)
-        ]
-        for car in self.vehicles:
-            if car.place == car.wanted:
+        self.radio.over(where)
+        for number in range(len(where.ways)):
+            if where.place(number) == where.wanted(number):
                 msg = "decide vehicles: a loop has one place twice in a row; take central"
                 raise ScenarioError(msg)
         widest_m = max(where.over_m.values(), default=0.0)
@@ -170,16 +168,15 @@ class Among:
             raise ScenarioError(msg)
         rooms = states["room"].tolist()
         self.posts = [
-            Post(
-                s, max(2, rooms[s]), tuple(Entry(n, 0, self.vehicles[n].wanted) for n in self._motor.line(s))
-            )
+            Post(s, max(2, rooms[s]), tuple(Entry(n, 0, where.wanted(n)) for n in self._motor.line(s)))
             for s in range(len(rooms))
         ]
+        self.controllers.begin([where.stand(n) for n in range(len(where.ways))])
 
     def look(self, now_s: float) -> None:
         """Let come what came since the last step, and let vehicles sense what has changed in it."""
         self._ready = {}
-        while (event := self.air.next(now_s)) is not None:
+        while (event := self._air.next(now_s)) is not None:
             self._comes(*event)
         self._clock_s = max(self._clock_s, now_s)
         for number in np.flatnonzero(self._tail != self._tails).tolist():
@@ -197,13 +194,13 @@ class Among:
         self._ready = dict.fromkeys(robots)
         if all_of_step:
             held, self._held = self._held, {}
-            for number, grant in held.items():
-                self._use(number, grant)
+            for number in held:
+                self._use(number)
         self._open, self._used = {}, False
         line = [number for number in robots if self._pending[number] and self._may_ask(number)]
         line = self._ask_apart(line)
         until_s = now_s + float(self._run["step_s"][0]) / 2.0
-        while self._open and (event := self.air.next(until_s)) is not None:
+        while self._open and (event := self._air.next(until_s)) is not None:
             before = len(self._open)
             self._comes(*event)
             if line and len(self._open) < before:
@@ -221,15 +218,15 @@ class Among:
         later = []
         for number in line:
             moves, foes = self.where.crossing(number)
-            wanted = self.vehicles[number].wanted
+            wanted = self.where.wanted(number)
             if any(
                 not moves.isdisjoint(f) or not foes.isdisjoint(m) or p == wanted
                 for m, f, p in self._open.values()
             ):
                 later.append(number)
             elif not self._used or self._motor.free_way(number):
-                self._ask(number)
-                self._open[number] = moves, foes, wanted
+                if self._ask(number):
+                    self._open[number] = moves, foes, wanted
             else:
                 self._ready.pop(number, None)  # it has been told
         return later
@@ -241,15 +238,19 @@ class Among:
         return number not in self._held and self._clock_s >= self._full_until_s(number)
 
     def _full_until_s(self, number: int) -> float:
-        return self._full.get(self.vehicles[number].wanted, {}).get(number, -1.0)
+        return self._full.get(self.where.wanted(number), {}).get(number, -1.0)
 
-    def _ask(self, number: int) -> None:
-        car = self.vehicles[number]
+    def _ask(self, number: int) -> bool:
+        """Let a controller ask; return whether it does."""
+        said = self.controllers.at_line(number, (float(self._since_s[number]), number)).say
+        if not said:
+            return False
         self._asked_s[number] = self._clock_s
         if self.settings.loss:
-            self.air.wake(self._clock_s + self._again_s, _Again(number, self._clock_s))
-        self._full.get(car.wanted, {}).pop(number, None)
-        self._say_as(number, [cars.ask(car, (float(self._since_s[number]), number))])
+            self._air.wake(self._clock_s + self._again_s, _Again(number, self._clock_s))
+        self._full.get(self.where.wanted(number), {}).pop(number, None)
+        self._say_as(number, said)
+        return True
 
     def _comes(self, at_s: float, event: _Event) -> None:
         self._clock_s = max(self._clock_s, at_s)
@@ -270,7 +271,7 @@ class Among:
         after, out = posts.receive(before, message)
         self.posts[message.place] = after
         if after.kept is not None and after.kept is not before.kept:
-            self.air.wake(self._clock_s + self._probe_s, _Patience(message.place, after.kept))
+            self._air.wake(self._clock_s + self._probe_s, _Patience(message.place, after.kept))
         self._say_from(message.place, out)
 
     def _out_of_patience(self, late: _Patience) -> None:
@@ -279,35 +280,28 @@ class Among:
             self._say_from(late.place, out)
 
     def _comes_to_mind(self, mind: _Mind) -> None:
-        car = self.vehicles[mind.number]
         if mind.heard:
-            self._full.get(car.wanted, {}).pop(mind.number, None)
+            self._full.get(self.where.wanted(mind.number), {}).pop(mind.number, None)
             return
         self._repeating.discard(mind.number)
-        if car.untold:
-            self._say_as(mind.number, cars.repeat(car))
+        self._say_as(mind.number, self.controllers.remind(mind.number).say)
 
-    def _comes_to_vehicle(self, message: Grant | Refuse | Offer | Room) -> None:
+    def _comes_to_vehicle(self, message: ToVehicle) -> None:
         number = message.vehicle
-        car = self.vehicles[number]
-        if isinstance(message, Room):
-            self.vehicles[number] = cars.heard(car, message)
-        elif isinstance(message, Offer):
-            self._full.get(car.wanted, {}).pop(number, None)
+        answer = self.controllers.hear(number, message)
+        if isinstance(message, Offer):
+            self._full.get(self.where.wanted(number), {}).pop(number, None)
             self._asked_s.pop(number, None)
-        elif isinstance(message, Refuse):
-            if message.number == car.number + 1:
-                self._refused(number, message)
-        elif cars.awaits(car, message):
+        elif isinstance(message, Refuse) and answer.refused:
+            self._refused(number, message)
+        elif answer.holds:
             self._asked_s.pop(number, None)
             self._open.pop(number, None)
             if number in self._ready:
-                self._use(number, message)
+                self._use(number)
             else:
-                self._held[number] = message
-        else:
-            self.vehicles[number], out = cars.granted(car, message)
-            self._say_as(number, out)
+                self._held[number] = None
+        self._say_as(number, answer.say)
 
     def _refused(self, number: int, refusal: Refuse) -> None:
         why = refusal.why
@@ -326,84 +320,42 @@ class Among:
         self._decided[number] = reason is not Reason.ANSWER  # it may be asked about again in each step
         self._ready.pop(number, None)
 
-    def _use(self, number: int, grant: Grant) -> None:
-        """Go, if the crossing is free; else give the grant back."""
-        car = self.vehicles[number]
-        if not cars.awaits(car, grant):
-            return
+    def _use(self, number: int) -> None:
+        """Tell who holds a grant whether its crossing is free; it goes, or gives the grant back."""
         ready = number in self._ready and bool(self._pending[number])
         self._ready.pop(number, None)
-        if not (ready and self._motor.free_way(number)):
-            self.given_back += 1
-            self.vehicles[number], out = cars.give_back(car, grant)
-            self._say_as(number, out)
-            return
+        answer = self.controllers.crossing(number, free=ready and self._motor.free_way(number))
+        if answer.goes:
+            self._go(number)
+        self.given_back += answer.gives_back
+        self._say_as(number, answer.say)
+
+    def _go(self, number: int) -> None:
         self.unsafe += self._motor.would_close(number)
         self._motor.answer_one(number, Reason.FREE)
         self.moves += 1
         self._used = True
-        self.vehicles[number], out = cars.granted(car, grant)
-        self._say_as(number, out)
 
     def _rear_out(self, number: int) -> None:
-        self.vehicles[number], out = cars.rear_out(self.vehicles[number])
-        self._say_as(number, out)
+        self._say_as(number, self.controllers.rear_out(number).say)
 
     def _say_as(self, number: int, out: Sequence[Message]) -> None:
-        """Send what a vehicle says: `Goes` and `Moved` are one transmission."""
-        both = len(out) > 1 and isinstance(out[0], Goes)
-        for message in out:
-            place = cast("ToPost", message).place
-            stretches_m = [self.where.to_m(number, place)]
-            if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
-                stretches_m = self.where.back_to_m(number, place)
-            if isinstance(message, Left) and number not in self._repeating:
-                self._repeating.add(number)
-                self.air.wake(self._clock_s + self._patience_s, _Mind(number, heard=False))
-            self._send(message, stretches_m, counted=not (both and isinstance(message, Moved)))
+        """Send what a vehicle says; remind it, after a while, of what it has left."""
+        if number not in self._repeating and any(isinstance(message, Left) for message in out):
+            self._repeating.add(number)
+            self._air.wake(self._clock_s + self._patience_s, _Mind(number, heard=False))
+        self.radio.say_as(number, out, self._clock_s)
 
     def _say_from(self, place: int, out: Sequence[Message]) -> None:
-        """Send what a post says."""
-        over_m = self.where.over_m
+        """Send what a post says; who waits for room there hears of it too."""
         for message in out:
-            if isinstance(message, Probe):
-                self._send(message, [over_m[place, message.place]])
-            elif isinstance(message, Clear | Changed):
-                path = message.path
-                self._send(message, [over_m[pair] for pair in reversed(list(pairwise(path)))])
-            else:
-                number = cast("Grant", message).vehicle
-                stretches_m = [self.where.to_m(number, place)]
-                if isinstance(message, Room):
-                    if stretches_m[0] > self.settings.range_m:
-                        stretches_m = self.where.back_to_m(number, place)[::-1]
-                    self._tell_who_waits(place)
-                self._send(message, stretches_m)
-
-    def _tell_who_waits(self, place: int) -> None:
-        for number in self._full.get(place, ()):
-            self._send(_Mind(number, heard=True), [self.where.to_m(number, place)], counted=False)
-
-    def _send(self, message: _Event, stretches_m: Sequence[float], *, counted: bool = True) -> None:
-        if counted:
-            self.sent[type(message).__name__] += len(stretches_m)
-        self.air.send(self._clock_s, message, stretches_m)
+            for number in self._full.get(place, ()) if isinstance(message, Room) else ():
+                self.radio.overhear(place, number, _Mind(number, heard=True), self._clock_s)
+            self.radio.say_from(place, message, self._clock_s)
 
     def report(self) -> dict[str, Any]:
-        """Return the figures of the messages."""
-        moves = max(1, self.moves)
-        sent = {kind.lower(): many for kind, many in sorted(self.sent.items())}
-        return {
-            "range_m": self.settings.range_m,
-            "loss": self.settings.loss,
-            "delay_s": self.settings.delay_s,
-            "moves": self.moves,
-            "messages": sum(sent.values()),
-            "per_move": round(sum(sent.values()) / moves, 3),
-            "by_kind": sent,
-            "lost": self.air.lost,
-            "too_far": self.air.beyond,
-            "longest_m": round(self.air.longest_m, 1),
+        """Return the figures of the messages and decisions."""
+        return self.radio.report(self.moves) | {
             "given_back": self.given_back,
             "refused": dict(sorted(self.refused.items())),
             "central_otherwise": dict(sorted(self.otherwise.items())),

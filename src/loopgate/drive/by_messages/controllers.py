@@ -1,0 +1,74 @@
+"""The controllers of the vehicles of a run, as the bridge between them and the road sees them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from loopgate.vehicles.controller import Answer, Controller
+from loopgate.vehicles.messages import Stamp, ToVehicle
+from loopgate.vehicles.vehicle import Vehicle
+
+__all__ = ["Controllers", "ControllersHere", "Stand"]
+
+Stand = tuple[tuple[int, ...], int, tuple[int, ...]]
+"""The loop of a vehicle as places, the position of its place there, and places behind that it is still in."""
+
+
+class Controllers(Protocol):
+    """Controllers, each of which hears only what is for it. One that is silent gives an empty answer."""
+
+    def begin(self, stands: Sequence[Stand]) -> None:
+        """Begin with these vehicles, by number."""
+        ...
+
+    def at_line(self, number: int, stamp: Stamp) -> Answer:
+        """Tell one that it is at its line, and since when [s]."""
+        ...
+
+    def hear(self, number: int, message: ToVehicle) -> Answer:
+        """Give it a message."""
+        ...
+
+    def crossing(self, number: int, *, free: bool) -> Answer:
+        """Tell it whether its crossing is free, now that it can go."""
+        ...
+
+    def rear_out(self, number: int) -> Answer:
+        """Tell it that its rear has left a place."""
+        ...
+
+    def remind(self, number: int) -> Answer:
+        """Tell it that some time has passed."""
+        ...
+
+
+class ControllersHere:
+    """Controllers in this process."""
+
+    def __init__(self) -> None:
+        self.all: list[Controller] = []
+
+    def begin(self, stands: Sequence[Stand]) -> None:
+        """Begin with these vehicles."""
+        self.all = [Controller(Vehicle(n, loop, at)) for n, (loop, at, _) in enumerate(stands)]
+
+    def at_line(self, number: int, stamp: Stamp) -> Answer:
+        """See `Controllers`."""
+        return self.all[number].at_line(stamp)
+
+    def hear(self, number: int, message: ToVehicle) -> Answer:
+        """See `Controllers`."""
+        return self.all[number].hear(message)
+
+    def crossing(self, number: int, *, free: bool) -> Answer:
+        """See `Controllers`."""
+        return self.all[number].crossing(free=free)
+
+    def rear_out(self, number: int) -> Answer:
+        """See `Controllers`."""
+        return self.all[number].rear_out()
+
+    def remind(self, number: int) -> Answer:
+        """See `Controllers`."""
+        return self.all[number].remind()

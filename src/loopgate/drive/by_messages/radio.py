@@ -1,0 +1,132 @@
+"""The radio of a run: over which ways messages go, and how many go, of what kind and size."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import pairwise
+from random import Random
+from typing import Any, Generic, TypeVar, cast
+
+from loopgate.drive.whereabouts import Whereabouts
+from loopgate.vehicles.air import Air, AirSettings
+from loopgate.vehicles.messages import (
+    Changed,
+    Clear,
+    Goes,
+    Left,
+    Message,
+    Moved,
+    Probe,
+    Room,
+    ToPost,
+    ToVehicle,
+)
+from loopgate.vehicles.wire import encode, pack
+
+__all__ = ["Radio"]
+
+E = TypeVar("E")
+
+
+class Radio(Generic[E]):
+    """What is said in a run.
+
+    Parameters
+    ----------
+    settings
+        Of the air.
+    seed
+        Draws what is lost, and how long messages take.
+
+    Attributes
+    ----------
+    air
+        Messages under way, and what else comes at a time.
+    sent, sent_bytes
+        Transmissions, and what they hold as JSON [bytes], by kind.
+    cut_off
+        Messages that did not come since the network was cut.
+    """
+
+    def __init__(self, settings: AirSettings, seed: int) -> None:
+        self.settings = settings
+        self.air: Air[Message | E] = Air(settings, Random(f"air {seed}"))
+        self.sent: Counter[str] = Counter()
+        self.sent_bytes: Counter[str] = Counter()
+        self.cut_off = 0
+
+    def over(self, where: Whereabouts) -> None:
+        """Measure ways by this."""
+        self.where = where
+
+    def _is_cut(self, now_s: float, *ends: int) -> bool:
+        """Return whether the network is cut, and not all of these vehicles and places are on one side.
+
+        Those with even numbers are on one side, those with odd numbers on the other.
+        """
+        begin_s, lasts_s = self.settings.cut_at_s, self.settings.cut_s
+        if not begin_s <= now_s < begin_s + lasts_s or len({end % 2 for end in ends}) == 1:
+            return False
+        self.cut_off += 1
+        return True
+
+    def say_as(self, number: int, out: Sequence[Message], now_s: float) -> None:
+        """Send what a vehicle says: `Goes` and `Moved` are one transmission."""
+        both = len(out) > 1 and isinstance(out[0], Goes)
+        for message in out:
+            place = cast("ToPost", message).place
+            stretches_m = [self.where.to_m(number, place)]
+            if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
+                stretches_m = self.where.back_to_m(number, place)
+            self._count(message, len(stretches_m), again=both and isinstance(message, Moved))
+            if not self._is_cut(now_s, number, place):
+                self.air.send(now_s, message, stretches_m)
+
+    def say_from(self, place: int, message: Message, now_s: float) -> None:
+        """Send what a post says."""
+        ends: tuple[int, ...]
+        if isinstance(message, Probe):
+            stretches_m, ends = [self.where.over_m[place, message.place]], (place, message.place)
+        elif isinstance(message, Clear | Changed):
+            back = list(reversed(list(pairwise(message.path))))
+            stretches_m, ends = [self.where.over_m[pair] for pair in back], (place, *message.path)
+        else:
+            number = cast("ToVehicle", message).vehicle
+            stretches_m, ends = [self.where.to_m(number, place)], (place, number)
+            if isinstance(message, Room) and stretches_m[0] > self.settings.range_m:
+                stretches_m = self.where.back_to_m(number, place)[::-1]
+        self._count(message, len(stretches_m))
+        if not self._is_cut(now_s, *ends):
+            self.air.send(now_s, message, stretches_m)
+
+    def overhear(self, place: int, number: int, event: E, now_s: float) -> None:
+        """Let a vehicle hear what a post says to another."""
+        if not self._is_cut(now_s, place, number):
+            self.air.send(now_s, event, [self.where.to_m(number, place)])
+
+    def _count(self, message: Message, times: int, *, again: bool = False) -> None:
+        """Count a message that is sent so many times, or as the second half of a transmission."""
+        kind = type(message).__name__
+        self.sent[kind] += 0 if again else times
+        self.sent_bytes[kind] += times * len(pack(encode(message)))
+
+    def report(self, moves: int) -> dict[str, Any]:
+        """Return the figures of the messages."""
+        sent = {kind.lower(): many for kind, many in sorted(self.sent.items()) if many}
+        sizes = {kind.lower(): many for kind, many in sorted(self.sent_bytes.items())}
+        return {
+            "range_m": self.settings.range_m,
+            "loss": self.settings.loss,
+            "delay_s": self.settings.delay_s,
+            "moves": moves,
+            "messages": sum(sent.values()),
+            "per_move": round(sum(sent.values()) / max(1, moves), 3),
+            "by_kind": sent,
+            "bytes": sum(sizes.values()),
+            "bytes_per_move": round(sum(sizes.values()) / max(1, moves), 1),
+            "bytes_by_kind": sizes,
+            "lost": self.air.lost,
+            "too_far": self.air.beyond,
+            "longest_m": round(self.air.longest_m, 1),
+        }
