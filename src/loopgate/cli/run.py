@@ -192,11 +192,15 @@ def run(
     Defaults: the certified gate on queues, ordered by pressure, one hour, seed 1. That works on any road
     network; segments is the abstraction of the paper, with one vehicle per loop.
     """
-    from loopgate.cli.progress import show_progress
+    from loopgate.simulation.demand.early import refuse_too_many
+
+    scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
+    refuse_too_many(scenario)
+
+    from loopgate.cli.progress import show_progress  # what follows takes seconds to load
     from loopgate.cli.tables import print_summary
     from loopgate.simulation.run import simulate
 
-    scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
     backend = "gui" if gui else "traci" if traci else "libsumo"
     seconds = int(scenario.warmup_s + scenario.duration_s)
     with show_progress("simulated seconds", total=seconds) as report:

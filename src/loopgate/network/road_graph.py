@@ -1,10 +1,14 @@
 """The graph of edges and their followers for one vehicle class; its strong components hold all loops."""
 
-from dataclasses import dataclass
+from __future__ import annotations
 
-import networkx as nx
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from loopgate.network.road import RoadNetwork
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +43,8 @@ def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tup
 
     O(connections), and the order depends on the network alone.
     """
+    import networkx as nx  # noqa: PLC0415  a fault of input is told before this is loaded
+
     graph: nx.DiGraph[str] = nx.DiGraph()
     through: dict[tuple[str, str], float] = {}
     for c in network.connections:

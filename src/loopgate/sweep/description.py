@@ -47,6 +47,7 @@ _NAMERS: Mapping[str, Callable[[object], str]] = {"gate": name_gate, "negotiatio
 """Scenario keys whose value may lead into a Python file, which travels too; and what names their things."""
 
 _KEYS = {"name", "scenario", "base", "grid", "include", "exclude"}
+_SCENARIO = "the name of a scenario file; keys that all runs share stand below [base]"
 _KEY_LENGTH = 16
 _LONGEST_NAME = 100
 _MOST_RUNS = 100_000
@@ -207,7 +208,8 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
     check_keys(data, _KEYS, path, SweepError)
     base = dict(_table(data.get("base", {}), f"{path}: base"))
     if "scenario" in data:
-        scenario = path.parent / of_kind(str, data["scenario"], f"{path}: scenario", SweepError)
+        what = f"{path}: scenario"
+        scenario = path.parent / of_kind(str, data["scenario"], what, SweepError, _SCENARIO)
         inherited = read_toml(scenario, "file", SweepError)
         for key in FILE_KEYS:  # relative to the file that names them
             if isinstance(inherited.get(key), str) and is_file(scenario.parent / inherited[key]):

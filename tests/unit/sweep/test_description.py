@@ -101,3 +101,22 @@ def test_what_means_nothing_is_refused(text: str, message: str, tmp_path: Path) 
     """The error names the file or the sweep, and what was expected."""
     with pytest.raises(SweepError, match=message):
         points(text, tmp_path)
+
+
+def test_table_called_scenario_is_told_of_base(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text('[scenario]\nnetwork = "n.net.xml"\n', encoding="utf-8")
+    with pytest.raises(SweepError, match=r"expected the name of a scenario file; .* below \[base\]"):
+        read_sweep(tmp_path / "s.toml")
+
+
+def test_file_of_incidents_is_part_of_the_key(tmp_path: Path) -> None:
+    (tmp_path / "n.net.xml").write_text("<net/>", encoding="utf-8")
+    (tmp_path / "s.toml").write_text(
+        '[base]\nnetwork = "n.net.xml"\nvehicles = 3\nincidents = "i.toml"\n', encoding="utf-8"
+    )
+    (tmp_path / "i.toml").write_text('[[closures]]\nedge = "A0A1"\nfrom = 1\nto = 9\n', encoding="utf-8")
+    (before,) = read_sweep(tmp_path / "s.toml").points()
+    (tmp_path / "i.toml").write_text('[[closures]]\nedge = "A0A1"\nfrom = 1\nto = 8\n', encoding="utf-8")
+    (after,) = read_sweep(tmp_path / "s.toml").points()
+    assert before.files["incidents"] == tmp_path / "i.toml"
+    assert before.key != after.key

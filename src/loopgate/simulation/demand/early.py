@@ -1,0 +1,49 @@
+"""Too many vehicles, told from the flows alone: before the network is read and what runs need is loaded."""
+
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from loopgate.errors import LoopgateError
+from loopgate.network.departures import Flow
+from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.traffic_file import check_flows, flows_in
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_options import begins_s
+
+_LARGEST_BYTES = 4_000_000
+"""Larger files are read once only: a file that asks for much by few words is small."""
+
+
+def refuse_too_many(scenario: Scenario) -> None:
+    """Refuse flows of more vehicles than any run may have; what is less clear is for the run to judge.
+
+    Raises
+    ------
+    RouteError
+        The text names the flow that makes most of them.
+    """
+    begin_s = 0.0
+    with suppress(LoopgateError):
+        begin_s = begins_s(scenario)
+    end_s = begin_s + scenario.warmup_s + scenario.duration_s
+    for source in filter(None, _sources(scenario)):
+        flows: list[tuple[str, Flow]] = []
+        with suppress(LoopgateError, OSError):  # told when it is read for the run
+            flows = flows_in(_small(source))
+        check_flows(flows, begin_s, end_s, source)
+
+
+def _sources(scenario: Scenario) -> Iterator[str]:
+    """Yield the files whose flows are vehicles of the run."""
+    if not scenario.counts_vehicles and not scenario.loops:
+        yield scenario.routes or (scenario.network if is_sumo_config(scenario.network) else "")
+    yield scenario.traffic
+
+
+def _small(source: str) -> Iterator[Path]:
+    files: tuple[Path, ...] = (Path(source),)
+    if is_sumo_config(source):
+        config = read_sumo_config(source)
+        files = (*config.route_files, *config.additional_files)
+    yield from (file for file in files if file.is_file() and file.stat().st_size <= _LARGEST_BYTES)
