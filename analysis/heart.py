@@ -216,8 +216,10 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=600.0)
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--lights", default="off", choices=["off", "obey"])
+    parser.add_argument("--watched", action="store_true", help="count vehicles that wait though free to go")
     given = parser.parse_args()
     kind = "plain" if heart.__file__.endswith(".py") else "compiled"
+    sums = [0.0, 0.0, 0.0, 0.0]
     for seed in range(1, given.seeds + 1):
         scenario = Scenario(
             network=given.network,
@@ -227,18 +229,26 @@ def main() -> None:
             lights=given.lights,
             seed=seed,
         )
-        mine = drive(scenario, assemble(scenario))
+        mine = drive(scenario, assemble(scenario), watched=given.watched)
         tables = simulate(scenario)
         clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
+        cost, costs = mine.gate_s / mine.sumo_s, tables["wall_s"]["gate"] / tables["wall_s"]["sumo"]
+        free = f"{mine.free_to_go} free to go, " if given.watched else ""
         sys.stdout.write(
             f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
-            f"{mine.collisions} collisions, {mine.on_red} on red, audit {clean}, "
-            f"{mine.gate_s / mine.sumo_s:.0%} on top of SUMO\n"
+            f"{mine.collisions} collisions, {mine.trespasses} trespasses, {mine.on_red} on red, {free}"
+            f"audit {clean}, {cost:.0%} on top of SUMO\n"
             f"seed {seed} tables: {tables['distance_km']:.1f} km, "
             f"longest wait {tables['longest_wait_s']:g} s, "
-            f"{tables['collisions']} collisions, audit {tables['audit']}, "
-            f"{tables['wall_s']['gate'] / tables['wall_s']['sumo']:.0%} on top of SUMO\n"
+            f"{tables['collisions']} collisions, audit {tables['audit']}, {costs:.0%} on top of SUMO\n"
         )
+        figures = mine.km / tables["distance_km"], mine.longest_s, tables["longest_wait_s"], cost / costs
+        sums = [before + figure for before, figure in zip(sums, figures, strict=True)]
+    share, longest_s, theirs_s, dearer = (figure / given.seeds for figure in sums)
+    sys.stdout.write(
+        f"mean of {given.seeds}: the ledger drives {share:.3f} of what the tables do, longest waits "
+        f"{longest_s:.0f} s and {theirs_s:.0f} s, its cost is {dearer:.2f} of theirs\n"
+    )
 
 
 if __name__ == "__main__":

@@ -53,6 +53,11 @@ def circle_from(place: Place) -> list[Place]:
     return chain.circle_from(_LINES, place)
 
 
+def full_before(vehicle: Vehicle) -> list[Place]:
+    """Return the place of a vehicle, and the full places that it waits for, as they are."""
+    return [vehicle.leg.place, *chain.follow(_LINES, vehicle.wanted()).places]
+
+
 def next_mover(served: Vehicle) -> Vehicle | None:
     """Return the vehicle to move next, so that `served` moves after finitely many such moves.
 

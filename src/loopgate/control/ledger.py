@@ -7,6 +7,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.chain import closes_by_entering
+from loopgate.control.keeping import Keeping
 from loopgate.control.places import POINT, Body, Leg, Make, Place, Trip, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
@@ -53,6 +54,9 @@ class Ledger:
         self.everybody: Final = everybody
         self.step_s: Final = step_s
         self.vehicles: dict[str, Vehicle] = {}
+        self.waiting: dict[Vehicle, None] = {}
+        """The vehicles that ask, oldest request first."""
+        self.keeping: Final = Keeping(self.waiting)
         self.now_s = 0.0
         self.looked_at = 0
         self.log: list[tuple[str, Vehicle, Place, str]] = []
@@ -93,6 +97,7 @@ class Ledger:
         """Strike a vehicle out of the ledger, wherever it stands in line and whatever it holds."""
         del self.vehicles[vehicle.name]
         vehicle.asks = vehicle.near = False
+        self.waiting.pop(vehicle, None)
         self._go_out(vehicle)
         for trip in vehicle.trips:
             trip.over.movement.junction.trips.remove(trip)
@@ -112,6 +117,7 @@ class Ledger:
             vehicle.asks = True
             vehicle.since_s = self.now_s
             vehicle.reason = ""
+            self.waiting[vehicle] = None
             self.wake(vehicle)
 
     def wake(self, vehicle: Vehicle) -> None:
@@ -163,6 +169,7 @@ class Ledger:
         while self._alarms and self._alarms[0][0] < self.now_s:
             self.wake(heappop(self._alarms)[2])
         self._look_near()
+        self.keeping.look(self.now_s)
         if self.everybody:
             self._wake_everybody()
         gone: list[Vehicle] = []
@@ -256,6 +263,8 @@ class Ledger:
         for rule in self.rules:
             refusal = rule(vehicle, self.now_s)
             if refusal is not None:
+                if refusal.reason == "deadlock":
+                    vehicle.blocked_s = self.now_s
                 if vehicle.reason != refusal.reason:
                     vehicle.reason = refusal.reason
                     vehicle.refused_s.setdefault(refusal.reason, self.now_s)
@@ -264,6 +273,7 @@ class Ledger:
                 self._sleep(vehicle, refusal)
                 return False
         vehicle.asks = False
+        self.waiting.pop(vehicle, None)
         vehicle.reason = ""
         vehicle.refused_s.clear()
         vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)

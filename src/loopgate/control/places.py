@@ -19,9 +19,14 @@ class Place:
     `bodies`: those that hold a slot, from their grant until their rear is out, in that order. `waiting`:
     vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
     `held_before`: how many bodies there were before the first change in the turn `changed` of the ledger.
+    `kept_for`: whose the last slot is; `served`: whether that vehicle must move next; `barred`: whether
+    no other vehicle may come in at all.
     """
 
-    __slots__ = ("bodies", "changed", "held_before", "line", "name", "slots", "waiting")
+    __slots__ = (
+        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "served", "slots",
+        "waiting",
+    )  # fmt: skip
 
     def __init__(self, name: str, slots: int) -> None:
         self.name: Final = name
@@ -29,6 +34,8 @@ class Place:
         self.line: list[Vehicle] = []
         self.bodies: list[Body] = []
         self.waiting: list[Vehicle] = []
+        self.kept_for: Vehicle | None = None
+        self.served = self.barred = False
         self.changed = -1
         self.held_before = 0
 
@@ -38,14 +45,18 @@ class Place:
 
 
 class Movement:
-    """A way over a junction. `beside`: the other ways out of the same place."""
+    """A way over a junction.
 
-    __slots__ = ("beside", "junction", "name")
+    `beside`: the other ways out of the same place. `kept_for`: who alone may set out on it, if anybody.
+    """
+
+    __slots__ = ("beside", "junction", "kept_for", "name")
 
     def __init__(self, name: str, junction: Junction) -> None:
         self.name: Final = name
         self.junction: Final = junction
         self.beside: list[Movement] = []
+        self.kept_for: Vehicle | None = None
 
 
 class Junction:
@@ -210,14 +221,14 @@ class Vehicle:
     asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
     on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
     holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
-    where something is to be done next. `refused_s`: since when it is refused, by reason. `steered`: whether
-    it is led to a lane, and asks for nothing.
+    where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
+    when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing.
     """
 
     __slots__ = (
-        "asks", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "make", "name", "near", "number", "reason", "refused_s", "row", "since_s", "speed",
-        "steered", "trips", "watchers", "woken",
+        "asks", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg",
+        "line_m", "longest_s", "make", "name", "near", "number", "reason", "refused_s", "row", "since_s",
+        "speed", "steered", "trips", "watchers", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -243,6 +254,7 @@ class Vehicle:
         self.steered = False
         self.reason = ""
         self.refused_s: dict[str, float] = {}
+        self.blocked_s = -inf
         self.since_s = 0.0
         self.longest_s = 0.0
 

@@ -11,6 +11,7 @@ from typing import Final
 
 from loopgate.control.chain import full_after
 from loopgate.control.crossings import in_the_way
+from loopgate.control.keeping import kept
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
@@ -64,4 +65,4 @@ def usual(crowded: float = inf, outside: Sequence[Rule] = ()) -> list[Rule]:
 
     `crowded`: as for `reserve`. `outside`: about what comes from outside, as `loopgate.control.lights.light`.
     """
-    return [room, crossing, *outside, *([reserve(crowded)] if crowded < inf else []), chain]
+    return [room, kept, crossing, *outside, *([reserve(crowded)] if crowded < inf else []), chain]
