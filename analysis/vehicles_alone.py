@@ -29,13 +29,14 @@ STEPS = 250
 
 
 def walk_through(
-    seed: int, *, loss: float, receive: Receive = posts.receive, steps: int = STEPS
+    seed: int, *, loss: float, receive: Receive = posts.receive, steps: int = STEPS, forgets: float = 0.0
 ) -> Counter[str]:
     """Return what was found on one system; nothing if a circle is there from the beginning."""
     roads = draw(seed, narrow=False)
     if not any(roads.start) or roads.circle(roads.start):
         return Counter()
-    walk = Walk(begin(roads.loops, roads.slots, roads.start), Random(seed), loss=loss, receive=receive)
+    start = begin(roads.loops, roads.slots, roads.start)
+    walk = Walk(start, Random(seed), loss=loss, receive=receive, forgets=forgets)
     for _ in range(steps):
         before = walk.found["moves"]
         walk.step()
@@ -54,6 +55,7 @@ def main() -> None:
     )
     parser.add_argument("--systems", type=int, default=5_000)
     parser.add_argument("--loss", type=float, default=0.1, help="share of messages that are lost")
+    parser.add_argument("--forgets", type=float, default=0.0, help="share of steps that are losses of memory")
     options = parser.parse_args()
     began = time.perf_counter()
     total: Counter[str] = Counter()
@@ -61,7 +63,7 @@ def main() -> None:
     with show_progress("systems", total=options.systems) as report:
         while total["systems"] < options.systems:
             seed += 1
-            total += walk_through(seed, loss=options.loss)
+            total += walk_through(seed, loss=options.loss, forgets=options.forgets)
             report(total["systems"])
     for key in sorted({*total, *WRONG}):
         print(f"{key:28} {total[key]:>12,}")

@@ -20,7 +20,7 @@ cli.main(sys.argv[1:], standalone_mode=False)
 print(*sorted({name.partition(".")[0] for name in sys.modules}), file=sys.stderr)
 """
 
-_FILES_ONLY = {"replay", "example"}
+_FILES_ONLY = {"replay", "example", "vehicle"}
 """Commands that print no figures."""
 
 
@@ -40,7 +40,7 @@ def test_commands_are_grouped_with_whole_sentences() -> None:
     )
     lines = shown.stdout.splitlines()
     heads = [line for line in lines if line and not line.startswith(" ")]
-    assert heads == [heads[0], "Options:", "Drive:", "Study gates:"]
+    assert heads == [heads[0], "Options:", "Drive:", "Study gates:", "Aboard:"]
     assert "..." not in shown.stdout.replace("[ARGS]...", "")
     assert max(map(len, lines)) <= 80
     drive = shown.stdout.partition("Drive:")[2].partition("Study gates:")[0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from typing import Any
 
 import pytest
 from vehicles_alone import WRONG, walk_through
@@ -44,6 +45,28 @@ def test_no_grant_closes_a_circle_and_nobody_is_blocked(loss: float) -> None:
     assert total["grants"] > 400
     assert total["Probe"] > 100
     assert {key: total[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+
+
+def test_a_vehicle_that_loses_its_memory_goes_on_and_harms_nobody() -> None:
+    """Killed and started again, anywhere between two messages."""
+    total: Counter[str] = Counter()
+    for seed in range(1, SYSTEMS + 1):
+        total += walk_through(seed, loss=0.2, forgets=0.03)
+    assert total["forgot"] > 500
+    assert {key: total[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+
+
+@pytest.mark.parametrize("forgotten", [{"forgot": 0}, {"untold": ()}, {"rears": ()}])
+def test_all_that_a_vehicle_says_when_it_begins_anew_is_needed(
+    monkeypatch: pytest.MonkeyPatch, forgotten: dict[str, Any]
+) -> None:
+    """Without any of it books are wrong, or somebody is blocked."""
+    right = cars.begin_anew
+    monkeypatch.setattr(cars, "begin_anew", lambda *given: replace(right(*given), **forgotten))
+    assert any(
+        any(found[key] for key in WRONG)
+        for found in (walk_through(seed, loss=0.2, forgets=0.03) for seed in range(1, 100))
+    )
 
 
 def _without_probe(post: Post, message: ToPost) -> posts.Answer:

@@ -104,3 +104,17 @@ def test_a_range_that_does_not_reach_over_a_crossing_is_refused() -> None:
     """With the range that it takes."""
     with pytest.raises(ScenarioError, match=r"range is 10 m; expected at least [0-9.]+ m"):
         simulate(dataclasses.replace(CROWD, decide="vehicles:range=10"))
+
+
+def test_processes_decide_as_vehicles_in_one_process_do() -> None:
+    """Over the wire nothing changes; a process that is killed comes back, and nobody collides."""
+    few = dataclasses.replace(CROWD, vehicles=4, duration_s=40.0, decide="vehicles:delay=0.2")
+    here = simulate(few)
+    apart = simulate(dataclasses.replace(few, decide="processes:delay=0.2"))
+    assert apart["by_messages"]["processes"] == 4
+    assert here["by_messages"].items() <= apart["by_messages"].items()
+    harm = "processes:delay=0.2,kill=2,kill_at=10,again=5,cut_at=20,cut=5"
+    harmed = simulate(dataclasses.replace(few, decide=harm))
+    assert (harmed["outcome"], harmed["clean"], harmed["by_messages"]["unsafe"]) == ("done", True, 0)
+    assert harmed["by_messages"]["started_again"] == 2
+    assert harmed["by_messages"]["cut_off"] > 0

@@ -21,7 +21,7 @@ def test_settings_are_read() -> None:
 @pytest.mark.parametrize(
     ("spec", "what"),
     [
-        ("all", "decide is 'all'; expected central, or vehicles"),
+        ("all", "decide is 'all'; expected central, vehicles:.* or processes"),
         ("vehicles:", "unknown option ''"),
         ("vehicles:speed=3", "unknown option 'speed'; its options are range, loss, delay"),
         ("vehicles:loss=1", "loss is '1'; expected a share from 0 to 0.95"),

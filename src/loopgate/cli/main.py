@@ -23,6 +23,7 @@ EXIT_BAD_INPUT = 2
 _GROUPS = {
     "Drive": ("example", "warm-up", "loops", "inspect", "run", "read-fcd", "replay", "sweep", "report"),
     "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
+    "Aboard": ("vehicle",),
 }
 """Commands in the order of a first use; each is a function in a module of the same name."""
 

@@ -108,7 +108,8 @@ GROUPS = {
 @click.option(
     "--decide",
     metavar="WHO",
-    help="Who decides slots and the chain rule: central (default), or vehicles:range=150,loss=0.1,delay=0.2.",
+    help="Who decides slots and the chain rule: central (default), vehicles:range=150,loss=0.1,delay=0.2, or "
+    "processes (of the same options): one for each vehicle.",
 )
 @click.option(
     "--lights",

@@ -272,6 +272,7 @@ def open_session(
         if keeping is not None:
             fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
             engine = fleet.engine
+            stack.callback(fleet.close)
         else:
             engine = ChangingEngine(traffic, assembly.tracks, None, recorder)
         around = fleet.around if fleet else None

@@ -101,7 +101,8 @@ class Scenario:
         gate promises by the chain rule that everyone goes on.
     decide
         ``central``: one program decides; ``vehicles``, with the options ``range`` [m], ``loss`` and ``delay``
-        [s]: vehicles and posts at the road decide slots and the chain rule by messages.
+        [s]: vehicles and posts at the road decide slots and the chain rule by messages; ``processes``: the
+        same, with a process of its own for each vehicle.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing

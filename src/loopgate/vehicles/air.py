@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf, isfinite
 from random import Random
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from loopgate.errors import ScenarioError
 from loopgate.reading import shown
 
 M = TypeVar("M")
 
-CENTRAL, VEHICLES = "central", "vehicles"
-_LONGEST_S, _FARTHEST_M = 60.0, 1e6
+CENTRAL, VEHICLES, PROCESSES = "central", "vehicles", "processes"
+_LONGEST_S, _FARTHEST_M, _FARTHEST_S = 60.0, 1e6, 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +32,10 @@ class AirSettings:
         How long one takes in the mean [s]: from half of it to half as much again, by lot.
     cut_at_s, cut_s
         When the network is cut in two, and for how long [s].
+    processes
+        Whether the controllers of vehicles are processes of their own.
+    kill, kill_at_s, again_s
+        How many of these are killed, and when; after what time one that is gone is started again [s].
     """
 
     range_m: float = 150.0
@@ -39,17 +43,30 @@ class AirSettings:
     delay_s: float = 0.1
     cut_at_s: float = 0.0
     cut_s: float = 0.0
+    processes: bool = False
+    kill: int = 0
+    kill_at_s: float = 0.0
+    again_s: float = 30.0
 
 
 _OPTIONS = {
     "range": (1.0, _FARTHEST_M, "range_m", "metres, from 1 to 1e6"),
     "loss": (0.0, 0.95, "loss", "a share from 0 to 0.95"),
     "delay": (0.0, _LONGEST_S, "delay_s", "seconds, from 0 to 60"),
+    "cut": (0.0, _FARTHEST_S, "cut_s", "seconds, from 0 to 1e6"),
+    "cut_at": (0.0, _FARTHEST_S, "cut_at_s", "seconds, from 0 to 1e6"),
+}
+_OF_PROCESSES = {
+    "kill": (0.0, _FARTHEST_S, "kill", "a number of vehicles, from 0 to 1e6"),
+    "kill_at": (0.0, _FARTHEST_S, "kill_at_s", "seconds, from 0 to 1e6"),
+    "again": (0.0, _FARTHEST_S, "again_s", "seconds, from 0 to 1e6"),
 }
 
 
 def read_decide(spec: str) -> AirSettings | None:
     """Return the settings of ``vehicles:range=150,loss=0.1,delay=0.2``; None for ``central``.
+
+    ``processes`` has the same options, and some of its own.
 
     Raises
     ------
@@ -64,24 +81,26 @@ def read_decide(spec: str) -> AirSettings | None:
     if spec == CENTRAL:
         return None
     name, colon, rest = spec.partition(":")
-    if name != VEHICLES:
-        msg = f"decide is {shown(spec)}; expected {CENTRAL}, or {VEHICLES}:range=150,loss=0.1,delay=0.2"
+    if name not in {VEHICLES, PROCESSES}:
+        expected = f"{CENTRAL}, {VEHICLES}:range=150,loss=0.1,delay=0.2, or {PROCESSES}"
+        msg = f"decide is {shown(spec)}; expected {expected}"
         raise ScenarioError(msg)
-    values: dict[str, float] = {}
+    options = _OPTIONS | (_OF_PROCESSES if name == PROCESSES else {})
+    values: dict[str, Any] = {"processes": name == PROCESSES}
     for part in rest.split(",") if colon else ():
         option, _, text = part.partition("=")
-        if option not in _OPTIONS:
-            msg = f"decide {VEHICLES}: unknown option {shown(option)}; its options are {', '.join(_OPTIONS)}"
+        if option not in options:
+            msg = f"decide {name}: unknown option {shown(option)}; its options are {', '.join(options)}"
             raise ScenarioError(msg)
-        least, most, field, expected = _OPTIONS[option]
+        least, most, field, expected = options[option]
         try:
             value = float(text)
         except ValueError:
             value = inf
         if not isfinite(value) or not least <= value <= most:
-            msg = f"decide {VEHICLES}: {option} is {shown(text)}; expected {expected}"
+            msg = f"decide {name}: {option} is {shown(text)}; expected {expected}"
             raise ScenarioError(msg)
-        values[field] = value
+        values[field] = int(value) if field == "kill" else value
     return AirSettings(**values)
 
 

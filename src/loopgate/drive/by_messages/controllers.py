@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
 
 from loopgate.vehicles.controller import Answer, Controller
 from loopgate.vehicles.messages import Stamp, ToVehicle
@@ -20,6 +20,18 @@ class Controllers(Protocol):
 
     def begin(self, stands: Sequence[Stand]) -> None:
         """Begin with these vehicles, by number."""
+        ...
+
+    def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
+        """Let happen what happens to controllers; return which begin anew, where they stand, and say what."""
+        ...
+
+    def report(self) -> dict[str, Any]:
+        """Return figures of the controllers."""
+        ...
+
+    def close(self) -> None:
+        """End all of them."""
         ...
 
     def at_line(self, number: int, stamp: Stamp) -> Answer:
@@ -52,6 +64,18 @@ class ControllersHere:
     def begin(self, stands: Sequence[Stand]) -> None:
         """Begin with these vehicles."""
         self.all = [Controller(Vehicle(n, loop, at)) for n, (loop, at, _) in enumerate(stands)]
+
+    def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
+        """Return nothing: nothing happens to them."""
+        del now_s, stand
+        return []
+
+    def report(self) -> dict[str, Any]:
+        """Return no figures."""
+        return {}
+
+    def close(self) -> None:
+        """Do nothing: they end with this process."""
 
     def at_line(self, number: int, stamp: Stamp) -> Answer:
         """See `Controllers`."""

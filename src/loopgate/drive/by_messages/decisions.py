@@ -129,6 +129,8 @@ class DecisionsByMessages:
         self.otherwise: Counter[str] = Counter()
         """Refusals by reason, and those of them that a gate that sees all would not have given."""
         self._clock_s = 0.0
+        self._moved_s: dict[int, float] = {}
+        """When each last went on [s]."""
         self._ready: dict[int, None] = {}
         self._open: dict[int, tuple[frozenset[int], frozenset[int], int]] = {}
         """Who has asked in this step and has no answer: its movements, those in conflict, and the place."""
@@ -171,7 +173,9 @@ class DecisionsByMessages:
             Post(s, max(2, rooms[s]), tuple(Entry(n, 0, where.wanted(n)) for n in self._motor.line(s)))
             for s in range(len(rooms))
         ]
-        self.controllers.begin([where.stand(n) for n in range(len(where.ways))])
+        everybody = range(len(where.ways))
+        self._moved_s = dict.fromkeys(everybody, float(self._run["now_s"][0]))
+        self.controllers.begin([where.stand(n) for n in everybody])
 
     def look(self, now_s: float) -> None:
         """Let come what came since the last step, and let vehicles sense what has changed in it."""
@@ -183,6 +187,8 @@ class DecisionsByMessages:
             for _ in range(int(self._tail[number] - self._tails[number])):
                 self._rear_out(number)
             self._tails[number] = self._tail[number]
+        for number, answer in self.controllers.look(now_s, self.where.stand):
+            self._say_as(number, answer.say)
         occupied = list(Reason).index(Reason.OCCUPIED) + 1
         for number in self._entries["waiting"][: int(self._run["waiting"][0])].tolist():
             if self._reasons[number] == occupied and self._may_ask(number):
@@ -334,6 +340,7 @@ class DecisionsByMessages:
         self.unsafe += self._motor.would_close(number)
         self._motor.answer_one(number, Reason.FREE)
         self.moves += 1
+        self._moved_s[number] = self._clock_s
         self._used = True
 
     def _rear_out(self, number: int) -> None:
@@ -355,9 +362,14 @@ class DecisionsByMessages:
 
     def report(self) -> dict[str, Any]:
         """Return the figures of the messages and decisions."""
-        return self.radio.report(self.moves) | {
-            "given_back": self.given_back,
-            "refused": dict(sorted(self.refused.items())),
-            "central_otherwise": dict(sorted(self.otherwise.items())),
-            "unsafe": self.unsafe,
-        }
+        return (
+            self.radio.report(self.moves)
+            | self.controllers.report()
+            | {
+                "longest_still_s": round(self._clock_s - min(self._moved_s.values(), default=0.0), 1),
+                "given_back": self.given_back,
+                "refused": dict(sorted(self.refused.items())),
+                "central_otherwise": dict(sorted(self.otherwise.items())),
+                "unsafe": self.unsafe,
+            }
+        )

@@ -128,5 +128,6 @@ class Radio(Generic[E]):
             "bytes_by_kind": sizes,
             "lost": self.air.lost,
             "too_far": self.air.beyond,
+            "cut_off": self.cut_off,
             "longest_m": round(self.air.longest_m, 1),
         }

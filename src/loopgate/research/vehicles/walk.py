@@ -24,7 +24,10 @@ from loopgate.vehicles.messages import (
     Room,
     ToPost,
 )
+from loopgate.vehicles.vehicle import Vehicle
 
+_NUMBERS = 1000
+"""A vehicle uses fewer numbers than this from one step to the next."""
 _ASKS, _LATE, _AGAIN, _BACK = 0.3, 0.02, 0.1, 0.05
 """How often, of all steps, somebody asks, a post loses patience, a vehicle says something again; and how
 often, of all grants, one is given back."""
@@ -43,6 +46,9 @@ class Walk:
         The share of messages that are lost.
     receive
         What posts do with messages.
+    forgets
+        How often, of all steps, a vehicle loses its memory. If ever, decisions are not compared with those of
+        the central rule: nobody knows which grants are still to be used.
 
     Attributes
     ----------
@@ -52,7 +58,15 @@ class Walk:
         as they should be; messages by kind.
     """
 
-    def __init__(self, start: World, rng: Random, *, loss: float, receive: Receive = posts.receive) -> None:
+    def __init__(
+        self,
+        start: World,
+        rng: Random,
+        *,
+        loss: float,
+        receive: Receive = posts.receive,
+        forgets: float = 0.0,
+    ) -> None:
         self.posts, self.vehicles = list(start.posts), list(start.vehicles)
         self.ground = [list(line) for line in start.ground]
         self.granted = [list(line) for line in start.ground]
@@ -61,12 +75,15 @@ class Walk:
         self.flight: list[Message] = []
         self.asked_at = [0.0] * len(self.vehicles)
         self.found: Counter[str] = Counter()
-        self._rng, self._loss, self._receive = rng, loss, receive
+        self._rng, self._loss, self._receive, self._forgets = rng, loss, receive, forgets
         self._time = 0
 
     def step(self) -> None:
         """Let something happen."""
         self._time += 1
+        if self._forgets and self._rng.random() < self._forgets:
+            self._forget(self._rng.randrange(len(self.vehicles)))
+            return
         rng, lot = self._rng, self._rng.random()
         if lot < _ASKS or not self.flight:
             self._ask(rng.choice([line[0] for line in self.ground if line]))
@@ -118,6 +135,15 @@ class Walk:
         else:
             self._say(cars.repeat(car))
 
+    def _forget(self, number: int) -> None:
+        """Let a vehicle begin anew where it is."""
+        car = self.vehicles[number]
+        rears = [place for place, _ in car.rears]
+        anew = cars.begin_anew(Vehicle(car.id, car.loop, car.at), rears, _NUMBERS * self._time)
+        self.vehicles[number] = anew
+        self.found["forgot"] += 1
+        self._say(cars.repeat(anew))
+
     def _impatient(self, place: int) -> None:
         self.posts[place], out = posts.expire(self.posts[place])
         self._say(out, place)
@@ -146,7 +172,9 @@ class Walk:
         going = cars.awaits(car, grant)
         if going and back:
             self.vehicles[car.id], out = cars.give_back(car, grant)
-            if car.id in self.granted[grant.place]:
+            if self._forgets:
+                pass
+            elif car.id in self.granted[grant.place]:
                 self.granted[grant.place].remove(car.id)
                 self.granted[car.place].insert(0, car.id)
             else:
@@ -164,8 +192,10 @@ class Walk:
 
     def _let_in(self, place: int, number: int) -> None:
         """Note that a post lets a vehicle in, and what the central rule says to that."""
-        here = next(p for p, line in enumerate(self.granted) if number in line)
         self.found["grants"] += 1
+        if self._forgets:
+            return
+        here = next(p for p, line in enumerate(self.granted) if number in line)
         self.found["unsafe"] += self._refuses(here, place)
         self.granted[here].remove(number)
         self.granted[place].append(number)
@@ -191,7 +221,7 @@ class Walk:
     def _say(self, out: Sequence[Message], place: int = -1) -> None:
         for message in out:
             self.found[type(message).__name__] += 1
-            if isinstance(message, Refuse):
+            if isinstance(message, Refuse) and not self._forgets:
                 here = self.vehicles[message.vehicle].place
                 stale = (
                     message.vehicle not in self.granted[here]

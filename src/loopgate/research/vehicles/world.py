@@ -110,11 +110,15 @@ def misled(world: World) -> list[int]:
     """Return places whose books lack a vehicle that stands there, or have vehicles in another order."""
     found = []
     for post, line in zip(world.posts, world.ground, strict=True):
-        known = {(one.id, one.inside): n for n, one in enumerate(world.vehicles)}
-        booked = [known[key] for e in post.line if (key := (e.vehicle, e.number)) in known]
-        if [n for n in booked if n in line] != list(line):
+        last = {e.vehicle: e for e in post.line if _is_inside(world.vehicles[e.vehicle], e)}
+        if [e.vehicle for e in post.line if last.get(e.vehicle) is e and e.vehicle in line] != list(line):
             found.append(post.place)
     return found
+
+
+def _is_inside(car: Vehicle, entry: Entry) -> bool:
+    """Return whether an entry may be that under which a vehicle is in its place."""
+    return entry.number == car.inside or (car.inside == car.forgot and entry.number <= car.forgot)
 
 
 def steps(world: World, receive: Receive = posts.receive, *, seen: bool = False) -> Iterator[Step]:

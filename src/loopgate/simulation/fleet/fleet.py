@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.by_messages.controllers import ControllersHere
+from loopgate.drive.by_messages.bridge import Bridge
+from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
@@ -142,9 +143,8 @@ class Fleet:
                     "all places hold two; take central"
                 )
                 raise ScenarioError(msg)
-            self.keeper.by_messages = DecisionsByMessages(
-                self._rules.air, self._rules.seed, self.keeper, ControllersHere()
-            )
+            air, seed = self._rules.air, self._rules.seed
+            self.keeper.by_messages = DecisionsByMessages(air, seed, self.keeper, _controllers(air, seed))
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.
@@ -169,6 +169,11 @@ class Fleet:
         if made is not None:
             self.engine.go_by(*made, joined=self._rules.expects)
         return True
+
+    def close(self) -> None:
+        """End the controllers of vehicles, if these decide by messages."""
+        if self.keeper.by_messages is not None:
+            self.keeper.by_messages.controllers.close()
 
     def admits(self, track: Track) -> bool:
         """Return whether `take_in` would take a vehicle in, if it were there."""
@@ -258,6 +263,11 @@ class Fleet:
         comes_to_stay = self._rules.expects and any(track.rounds for track in joining)
         _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
         return system, gate
+
+
+def _controllers(settings: AirSettings, seed: int) -> Controllers:
+    """Return controllers in processes of their own, or in this one."""
+    return Bridge(settings, seed) if settings.processes else ControllersHere()
 
 
 def _system(tracks: Sequence[Track], positions: Sequence[int], room: Mapping[str, int]) -> System:

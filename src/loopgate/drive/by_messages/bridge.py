@@ -1,0 +1,174 @@
+"""The bridge between vehicles on the road and their controllers, each of which is a process of its own.
+
+It stands for the sensors, the motor, the radio and the clock of each vehicle. Posts live in the process of
+the bridge. Time is simulated, so it waits for the answer to each datagram. A process that is gone is silent:
+its vehicle gets no leave to go on, and stops at its line. Later it is started again, without memory.
+"""
+
+from __future__ import annotations
+
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from random import Random
+from time import monotonic
+from typing import Any
+
+from loopgate.drive.by_messages.controllers import Stand
+from loopgate.errors import LoopgateError
+from loopgate.vehicles.air import AirSettings
+from loopgate.vehicles.controller import Answer
+from loopgate.vehicles.messages import Stamp, ToVehicle
+from loopgate.vehicles.process import LARGEST
+from loopgate.vehicles.wire import WireError, encode, pack, read_answer, unpack
+
+__all__ = ["Bridge"]
+
+_COMMAND = (sys.executable, "-c", "from loopgate.cli.main import main; main()", "vehicle")
+_STARTS_S, _ANSWERS_S, _AGAIN_S = 120.0, 10.0, 0.25
+"""So long a process may take to start and to answer, and after so long it is told again [s of wall time]."""
+
+
+class Bridge:
+    """Controllers that are processes on this machine.
+
+    Parameters
+    ----------
+    settings
+        How many are killed, when, and when they are started again.
+    seed
+        Draws who is killed.
+    """
+
+    def __init__(self, settings: AirSettings, seed: int) -> None:
+        self._settings, self._rng = settings, Random(f"kill {seed}")
+        self._wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._wire.bind(("127.0.0.1", 0))
+        self._processes: dict[int, subprocess.Popen[bytes]] = {}
+        self._at: dict[int, tuple[str, int]] = {}
+        self._gone_s: dict[int, float] = {}
+        """Since when processes are gone."""
+        self._killed = False
+        self._now_s = 0.0
+        self._turn = self.started = self.killed = self.datagrams = 0
+
+    def begin(self, stands: Sequence[Stand]) -> None:
+        """Start a process for each vehicle."""
+        self._start(range(len(stands)), lambda number: stands[number], 0)
+
+    def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
+        """Kill whose time has come, and start again who has been gone long enough; return what these say."""
+        self._now_s = now_s
+        if self._settings.kill and not self._killed and now_s >= self._settings.kill_at_s:
+            self._killed = True
+            for number in self._rng.sample(sorted(self._at), min(self._settings.kill, len(self._at))):
+                self._end(number)
+                self.killed += 1
+        due = [n for n, gone_s in self._gone_s.items() if now_s - gone_s >= self._settings.again_s]
+        return self._start(due, stand, int(1000.0 * now_s) + 1) if due else []
+
+    def at_line(self, number: int, stamp: Stamp) -> Answer:
+        """See `Controllers`."""
+        return self._tell(number, event="line", since_s=stamp[0])
+
+    def hear(self, number: int, message: ToVehicle) -> Answer:
+        """See `Controllers`."""
+        return self._tell(number, event="hear", message=encode(message))
+
+    def crossing(self, number: int, *, free: bool) -> Answer:
+        """See `Controllers`."""
+        return self._tell(number, event="crossing", free=free)
+
+    def rear_out(self, number: int) -> Answer:
+        """See `Controllers`."""
+        return self._tell(number, event="rear")
+
+    def remind(self, number: int) -> Answer:
+        """See `Controllers`."""
+        return self._tell(number, event="patience")
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of the processes."""
+        return {
+            "processes": len(self._processes),
+            "killed": self.killed,
+            "started_again": self.started - len(self._processes),
+            "datagrams": self.datagrams,
+        }
+
+    def close(self) -> None:
+        """End all processes."""
+        for at in self._at.values():
+            self._wire.sendto(pack({"turn": 0, "event": "end"}), at)
+        self._wire.close()
+        for process in self._processes.values():
+            try:
+                process.wait(1.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+    def _start(
+        self, numbers: Sequence[int], stand: Callable[[int], Stand], clock: int
+    ) -> list[tuple[int, Answer]]:
+        """Start processes, and tell each where its vehicle is."""
+        host, port = self._wire.getsockname()
+        for number in numbers:
+            command = (*_COMMAND, "--bridge", f"{host}:{port}", "--number", str(number))
+            started = subprocess.Popen(command, stdin=subprocess.DEVNULL)  # noqa: S603  our own command
+            self._processes[number] = started
+            self.started += 1
+        missing, until = set(numbers), monotonic() + _STARTS_S
+        while missing:
+            if monotonic() > until or any(self._processes[n].poll() is not None for n in missing):
+                msg = f"decide processes: the process of vehicle {min(missing)} did not start"
+                raise LoopgateError(msg)
+            said, at = self._receive(_AGAIN_S)
+            if said.get("hello") is True and said.get("vehicle") in missing:
+                self._at[said["vehicle"]] = at
+                missing.remove(said["vehicle"])
+        answers = []
+        for number in numbers:
+            self._gone_s.pop(number, None)
+            loop, position, rears = stand(number)
+            told = {"loop": loop, "at": position, "rears": rears, "clock": clock}
+            answers.append((number, self._tell(number, event="start", **told)))
+        return answers
+
+    def _tell(self, number: int, **said: Any) -> Answer:  # noqa: ANN401  as the schema says
+        """Tell a controller something; return its answer, which is empty if it is silent."""
+        if number in self._gone_s:
+            return Answer()
+        self._turn += 1
+        data = pack({"turn": self._turn, **said})
+        until = monotonic() + _ANSWERS_S
+        while monotonic() < until and self._processes[number].poll() is None:
+            self._wire.sendto(data, self._at[number])
+            self.datagrams += 1
+            again = monotonic() + _AGAIN_S
+            while monotonic() < again:
+                heard, at = self._receive(_AGAIN_S)
+                if at == self._at[number] and heard.get("turn") == self._turn:
+                    try:
+                        return read_answer(heard)
+                    except WireError:
+                        break
+        self._end(number)
+        return Answer()
+
+    def _receive(self, wait_s: float) -> tuple[dict[str, Any], tuple[str, int]]:
+        """Return what comes, and from where; nothing if nothing comes, or no datagram of the schema."""
+        self._wire.settimeout(wait_s)
+        try:
+            data, at = self._wire.recvfrom(LARGEST)
+            return unpack(data), at
+        except (TimeoutError, WireError):
+            return {}, ("", 0)
+
+    def _end(self, number: int) -> None:
+        """Kill a process."""
+        self._processes[number].kill()
+        self._processes[number].wait()
+        self._at.pop(number, None)
+        self._gone_s[number] = self._now_s

@@ -1,0 +1,84 @@
+"""A controller as a process: it speaks UDP with the bridge that stands for sensors, motor, radio and clock.
+
+A thin shell around `Controller`. What goes over the wire is in ``wire.schema.json``.
+"""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+from loopgate.vehicles.controller import Answer, Controller
+from loopgate.vehicles.messages import Grant, Offer, Refuse, Room
+from loopgate.vehicles.wire import WireError, decode, pack, unpack, write_answer
+
+__all__ = ["LARGEST", "serve"]
+
+LARGEST = 65_507
+"""So many bytes a datagram holds at most."""
+
+_HELLO_S, _IDLE_S = 0.5, 10.0
+
+
+def serve(host: str, port: int, number: int) -> None:
+    """Be the controller of a vehicle until the bridge ends it.
+
+    What is no datagram of the schema is not answered: the bridge takes the vehicle for silent, and it stands
+    at its line.
+
+    Raises
+    ------
+    OSError
+        If nobody is at that address.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
+        wire.connect((host, port))  # nobody else is heard
+        hello = pack({"vehicle": number, "hello": True})
+        controller, turn, last = None, 0, hello
+        wire.send(hello)
+        while True:
+            wire.settimeout(_HELLO_S if controller is None else _IDLE_S)
+            try:
+                said = unpack(wire.recv(LARGEST))
+                if said.get("event") == "end":
+                    return
+                if controller is not None and said.get("turn") == turn:
+                    wire.send(last)  # the same again: the answer was lost
+                    continue
+                turn = int(said["turn"])
+                if said["event"] == "start":
+                    controller = _start(number, said)
+                    answer = controller.remind()
+                else:
+                    answer = _told(controller, said)
+            except TimeoutError:
+                wire.send(hello)  # whether the bridge is still there
+                continue
+            except (WireError, KeyError, TypeError, ValueError):
+                continue
+            last = pack(write_answer(number, turn, answer))
+            wire.send(last)
+
+
+def _start(number: int, said: dict[str, Any]) -> Controller:
+    """Return the controller that begins with this."""
+    loop, rears = (tuple(map(int, said[name])) for name in ("loop", "rears"))
+    return Controller.start(number, loop, int(said["at"]), rears, int(said["clock"]))
+
+
+def _told(controller: Controller | None, said: dict[str, Any]) -> Answer:
+    """Return the answer to what the bridge says."""
+    event = said["event"]
+    if controller is None:
+        msg = "the bridge has not said where the vehicle is"
+        raise WireError(msg)
+    if event == "line":
+        return controller.at_line((float(said["since_s"]), controller.vehicle.id))
+    if event == "hear":
+        message = decode(said["message"])
+        return controller.hear(message) if isinstance(message, Grant | Refuse | Offer | Room) else Answer()
+    if event == "crossing":
+        return controller.crossing(free=said["free"] is True)
+    if event == "rear":
+        return controller.rear_out()
+    return controller.remind() if event == "patience" else Answer()
