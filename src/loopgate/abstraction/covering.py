@@ -34,6 +34,8 @@ class Cover:
     """Streets that are not covered, and why."""
     finished: bool = True
     """Whether the search was let come to its end."""
+    costs: tuple[float, ...] = ()
+    """Cost of each loop [m, or s by time]."""
 
     @property
     def covered(self) -> tuple[str, ...]:
@@ -79,7 +81,8 @@ def cover_streets(
         design = make_design(network, task, without=kept_off)
         plan, finished = _best(design, count, seed, progress)
         if plan is None:
-            msg = f"{network.name}: no loops found of at most {task.max_length_m:g} m; allow longer ones"
+            unit = "s" if task.by_time else "m"
+            msg = f"{network.name}: no loops found of at most {task.longest:g} {unit}; allow longer loops"
             raise RouteError(msg)
         mender = _Mender(network, design, kind, name)
         loops, bad = mender.mended(walks_of(design, plan))
@@ -101,7 +104,7 @@ def cover_streets(
             msg = f"{network.name}: no covering loop works as queues: {why}; cover more streets"
             raise RouteError(msg)
         if not bad:
-            return Cover(design, loops, design.left_out | mender.lost, finished)
+            return Cover(design, loops, design.left_out | mender.lost, finished, mender.costs)
         kept_off |= dict.fromkeys(bad, CoverReason.QUEUES)
 
 
@@ -141,6 +144,8 @@ class _Mender:
         """Streets that walks had to be led over, and what that cost."""
         self.longest = 0.0
         """Cost of the longest walk, mended."""
+        self.costs: tuple[float, ...] = ()
+        """Cost of each walk, mended."""
         self._network = network
         self._design = design
         self._name = name
@@ -164,7 +169,8 @@ class _Mender:
             ]
             refused = refused_queues(self._network, [(loop, self._kind) for loop in loops])
             if not refused:
-                self.longest = max(map(self._cost, now), default=0.0)
+                self.costs = tuple(map(self._cost, now))
+                self.longest = max(self.costs, default=0.0)
                 return tuple(loops), set()
             bad: set[str] = set()
             for refusal in sorted(refused, key=lambda r: loops.index(r.loop), reverse=True):

@@ -9,6 +9,7 @@ import click
 
 from loopgate.abstraction.covering import Cover, cover_streets
 from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.cli.driven_streets import read_driven, streets_left
 from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
@@ -19,7 +20,7 @@ from loopgate.network.routes_text import routes_text
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.reading import counted, listed
 
-_EXAMPLES = 3
+_EXAMPLES, _ROUNDING = 3, 1e-6
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,11 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
     every: Sequence[str] = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)]
     if wish.cover is not None and wish.cover != "all":
         every = read_streets(roads, wish.cover, wish.vclass, option="--cover")
+    if wish.driven is not None:
+        driven, wanted = read_driven(roads, wish.driven, wish.vclass), every
+        every = streets_left(roads, every, driven, either_way=wish.either_way)
+        left = f"{len(every)} of {counted(len(wanted), 'street')} left; the others were driven already"
+        click.echo(left, err=wish.out is None or wish.as_json)
     weights = read_weights(roads, wish.weights) if wish.weights else {}
     classes: dict[float, list[str]] = {} if every else {1.0: []}  # what is wrong is said by the design
     for edge in every:
@@ -79,11 +85,13 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
         vclass=wish.vclass,
         u_turns=wish.u_turns,
         either_way=wish.either_way,
-        by_time=wish.revisit_s is not None,
-        start=wish.start,
+        by_time=wish.revisit_s is not None or wish.shift_min is not None,
+        depots=_depots(roads, wish),
     )
     if wish.max_length_m is not None:
-        task = replace(task, max_length_m=wish.max_length_m)
+        task = replace(task, longest=wish.max_length_m)
+    if wish.shift_min is not None:
+        task = replace(task, longest=wish.shift_min * 60.0 / wish.margin)
     covers, heavy = [], sorted(classes, reverse=True)
     for weight in heavy:
         share = len(classes[weight]) * weight / max(sum(len(classes[w]) * w for w in classes), 1.0)
@@ -101,6 +109,26 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
     return covers, heavy
 
 
+def _depots(roads: RoadNetwork, wish: LoopsWish) -> tuple[str, ...]:
+    if wish.start is None:
+        return ()
+    return read_streets(roads, wish.start, wish.vclass, option="--start")
+
+
+def _too_long(covers: Sequence[Cover]) -> list[str]:
+    """Return a warning for each loop that is longer than asked for."""
+    found = []
+    for cover in covers:
+        task = cover.design.task
+        unit = "s at the speed limits" if task.by_time else "m"
+        found += [
+            f"{loop.id} takes {cost:.0f} {unit}, more than the {task.longest:.0f} allowed"
+            for loop, cost in zip(cover.loops, cover.costs, strict=True)
+            if cost > task.longest * (1.0 + _ROUNDING)
+        ]
+    return found
+
+
 def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[LoopVehicle]:
     """Return the vehicles to write: those asked for, or one per loop if the file must name their class."""
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
@@ -116,6 +144,8 @@ def _note(wish: LoopsWish) -> str:
     said = {
         "count": wish.count or 1,
         "max-length": wish.max_length_m,
+        "shift": wish.shift_min,
+        "driven": wish.driven,
         "either-way": wish.either_way or None,
         "vclass": wish.vclass,
         "u-turns": wish.u_turns or None,
@@ -124,7 +154,7 @@ def _note(wish: LoopsWish) -> str:
         "weights": wish.weights,
         "vehicles": wish.vehicles,
         "revisit": wish.revisit_s,
-        "margin": wish.margin if wish.revisit_s is not None else None,
+        "margin": wish.margin if wish.revisit_s is not None or wish.shift_min is not None else None,
         "seed": wish.seed,
     }
     options = ", ".join(f"{name} {value}" for name, value in said.items() if value is not None)
@@ -147,6 +177,8 @@ def _report(roads: RoadNetwork, made: _Made, wish: LoopsWish) -> Iterator[str]:
         yield f"{counted(len(made.loops), 'loop')}, {_km(made.loops):.1f} km in all, written to {wish.out}"
     for cover, weight in zip(made.covers, made.weights, strict=True):
         yield from _of_cover(roads, cover, f"weight {weight:g}: " if len(made.covers) > 1 else "")
+    for warning in _too_long(made.covers):
+        yield f"warning: {warning}"
     yield from _of_patrol(made, wish)
 
 
@@ -222,5 +254,5 @@ def _data(made: _Made) -> dict[str, Any]:
             for cover, weight in zip(made.covers, made.weights, strict=True)
         ],
         "intervals_s": {edge: round(interval, 2) for edge, interval in found.intervals_s.items()},
-        "warnings": [],
+        "warnings": _too_long(made.covers),
     }

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
       loopgate loops sumo:DRT --cover all --count 18 --vehicles 40 -o routes/watch.rou.xml --plot watch.png
       loopgate loops sumo:DRT --cover all --revisit 600 -o routes/every10min.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 -o routes/watch.rou.xml --export maps
+      loopgate loops sumo:DRT --cover all --shift 30 --driven out/watch -o routes/rest.rou.xml
     """
 )
 @click.argument("network")
@@ -58,6 +59,17 @@ if TYPE_CHECKING:
     "polygon 'x,y x,y x,y' [m]. The longest loop is made as short as can be.",
 )
 @click.option("--max-length", "max_length_m", type=FiniteRange(1.0, 1e7), help="Longest covering loop [m].")
+@click.option(
+    "--shift",
+    "shift_min",
+    type=FiniteRange(0.1, 1e5),
+    help="Longest covering loop [min], at lap times of --margin; as many loops as needed.",
+)
+@click.option(
+    "--driven",
+    metavar="RUN|FILE",
+    help="Leave out the streets that were driven already: a run folder, or streets as for --cover.",
+)
 @click.option("--either-way", is_flag=True, help="One direction of each street is enough.")
 @click.option("--vclass", default="passenger", show_default=True, help="SUMO's class of the vehicles.")
 @click.option(
@@ -70,7 +82,11 @@ if TYPE_CHECKING:
     metavar="EDGES|FILE|POLYGON",
     help="Streets that no loop uses: as for --cover, or EDGE,EDGE,...",
 )
-@click.option("--start", metavar="EDGE", help="Edge that every covering loop passes: the depot.")
+@click.option(
+    "--start",
+    metavar="EDGES|FILE",
+    help="The depot: an edge that every covering loop passes. Of several depots a loop passes the nearest.",
+)
 @click.option(
     "--weights",
     type=click.Path(dir_okay=False),
@@ -92,7 +108,7 @@ if TYPE_CHECKING:
     type=FiniteRange(1.0, 100.0),
     default=1.5,
     show_default=True,
-    help="For --revisit: lap time over the lap time at the speed limits.",
+    help="For --revisit and --shift: lap time over the lap time at the speed limits.",
 )
 @click.option(
     *("--plot", "--picture", "plot"),
@@ -143,6 +159,8 @@ class LoopsWish:
     u_turns: bool
     cover: str | None
     max_length_m: float | None
+    shift_min: float | None
+    driven: str | None
     either_way: bool
     vclass: str
     via: str | None
@@ -243,6 +261,8 @@ def _check_together(wish: LoopsWish) -> None:
     """Raise a usage error for an option that does not fit the others."""
     covering: dict[str, object] = {
         "--max-length": wish.max_length_m,
+        "--shift": wish.shift_min,
+        "--driven": wish.driven,
         "--either-way": wish.either_way or None,
         "--start": wish.start,
         "--weights": wish.weights,
@@ -257,6 +277,9 @@ def _check_together(wish: LoopsWish) -> None:
         other = "random loops, not to --cover"
     for option in (name for name, value in strange.items() if value is not None):
         msg = f"{option} belongs to {other}"
+        raise click.UsageError(msg)
+    if wish.shift_min is not None and wish.max_length_m is not None:
+        msg = "--shift and --max-length both set the longest loop; leave one out"
         raise click.UsageError(msg)
     for one in ("--vehicles", "--max-length"):
         if wish.revisit_s is not None and covering[one] is not None:

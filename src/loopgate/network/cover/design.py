@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -35,11 +36,12 @@ class CoverTask:
     """`vclass` and `u_turns`: who drives, and whether it may turn round at junctions."""
     either_way: bool = False
     """Whether one of the two directions of a street is enough."""
-    max_length_m: float = math.inf
+    longest: float = math.inf
+    """Longest loop [m, or s at the speed limits by time]."""
     by_time: bool = False
     """Whether loops are to be short in seconds at the speeds allowed, not in metres."""
-    start: str | None = None
-    """Edge that every loop has to pass."""
+    depots: tuple[str, ...] = ()
+    """Edges of which every loop passes at least one, the nearest; none if empty."""
     change_m: float = LEAST_CHANGE_M
     """Length of the shortest edge on which a vehicle can change lanes [m]."""
     place_m: float = 0.0
@@ -84,7 +86,7 @@ class Design:
 
         With `begun`, a plan that was found before, the search goes on with that.
         """
-        most = self.task.max_length_m
+        most = self.task.longest
         if math.isinf(most):
             tours = begun.tours if begun else (self.tour,)
             yield from search(self.ways.cost, tours, count, self.bound(count), seed=seed)
@@ -100,16 +102,40 @@ class Design:
 
 
 def walks_of(design: Design, plan: TourPlan) -> list[tuple[int, ...]]:
-    """Return the closed walks of a plan, as nodes of the graph, led over the start if there is one."""
-    walks = [design.ways.walk(tour.tolist()) for tour in plan.tours]
-    if design.task.start is None:
-        return walks
-    hubs = [node for node, edge in enumerate(design.graph.edges) if edge == design.task.start]
-    return [walk if set(hubs) & set(walk) else _led_over(design, walk, hubs) for walk in walks]
+    """Return the closed walks of a plan, as nodes of the graph, each led over the nearest depot.
+
+    A tour that becomes too long by the way over its depot is cut into halves.
+    """
+    tours = [tuple(int(rank) for rank in tour) for tour in plan.tours]
+    if not design.task.depots:
+        return [design.ways.walk(tour) for tour in tours]
+    hubs = _hubs(design.graph, design.task)
+    arcs = zip(design.graph.tail.tolist(), design.graph.head.tolist(), strict=True)
+    price = dict(zip(arcs, _cost(design.graph, design.task).tolist(), strict=True))
+    walks = []
+    while tours:
+        tour = tours.pop(0)
+        walk = _over_depot(design, tour, hubs)
+        cost = sum(price[step] for step in pairwise((*walk, walk[0])))
+        if cost > design.task.longest and len(tour) > 1:
+            half = len(tour) // 2
+            tours[:0] = tour[:half], tour[half:]
+        else:
+            walks.append(walk)
+    return walks
 
 
-def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tuple[int, ...]:
-    """Return the walk with the shortest detour from one of its nodes over a hub, and back to that."""
+def _hubs(graph: LaneGraph, task: CoverTask) -> list[int]:
+    return [node for node, edge in enumerate(graph.edges) if edge in task.depots]
+
+
+def _over_depot(design: Design, tour: tuple[int, ...], hubs: Sequence[int]) -> tuple[int, ...]:
+    """Return the closed walk of a tour, with the shortest detour from one of its nodes over a hub."""
+    walk = design.ways.walk(tour)
+    if set(hubs) & set(walk):
+        return walk
+    if len(tour) == 1:  # to the depot and back; its own closed walk is no part of the way
+        walk = (int(design.ways.nodes[tour[0]]),)
     cost = _cost(design.graph, design.task)
     there = shortest_ways(design.graph, cost, sorted({*walk, *hubs}))
     rank = {int(node): k for k, node in enumerate(there.nodes)}
@@ -119,6 +145,8 @@ def _led_over(design: Design, walk: tuple[int, ...], hubs: Sequence[int]) -> tup
         for hub in hubs
     )
     detour = there.walk((rank[walk[at]], rank[hub]))
+    if len(walk) == 1:
+        return detour
     return (*walk[:at], *detour, *walk[at:])
 
 
@@ -150,8 +178,8 @@ def make_design(
     left_out |= {edge: reason for edge, reason in kept_off.items() if edge in left_out}
     required = [edge for edge in wanted if edge in nodes]
     cost = _cost(graph, task)
-    if math.isfinite(task.max_length_m):
-        too_long = _too_long(graph, cost, nodes, required, task.max_length_m)
+    if math.isfinite(task.longest):
+        too_long = _too_long(graph, cost, nodes, required, task)
         left_out |= dict.fromkeys(too_long, CoverReason.TOO_LONG)
         required = [edge for edge in required if edge not in too_long]
     if not required:
@@ -196,11 +224,11 @@ def _part(
         network, vclass=task.vclass, u_turns=task.u_turns, change_m=task.change_m, without=without
     )
     parts = graph.components()
-    if task.start is not None:
-        at = network.edge(task.start).id
+    for at in (network.edge(depot).id for depot in task.depots):
         parts = [part for part in parts if any(graph.edges[node] == at for node in part)]
         if not parts:
-            msg = f"{network.name}: no loop leads over the start {at}; choose another edge"
+            other = " and the other depots" if len(task.depots) > 1 else ""
+            msg = f"{network.name}: no loop leads over the start {at}{other}; choose another edge"
             raise RouteError(msg)
     if not parts:
         raise _nothing(network, task, {})
@@ -246,11 +274,21 @@ def _too_long(
     cost: Floats,
     nodes: dict[str, list[int]],
     required: Sequence[str],
-    most: float,
+    task: CoverTask,
 ) -> set[str]:
+    """Return the edges whose shortest closed walk, over a depot if there are some, is too long."""
     every = [node for edge in required for node in nodes[edge]]
-    closed = dict(zip(every, shortest_ways(graph, cost, every).cost.diagonal(), strict=True))
-    return {edge for edge in required if min(closed[node] for node in nodes[edge]) > most}
+    hubs = _hubs(graph, task)
+    there = shortest_ways(graph, cost, sorted({*every, *hubs}))
+    rank = {int(node): k for k, node in enumerate(there.nodes)}
+    closed = {}
+    for node in every:
+        at = rank[node]
+        over = [
+            there.cost[at, h] + (there.cost[h, at] if h != at else 0.0) for h in (rank[hub] for hub in hubs)
+        ]
+        closed[node] = min(over, default=there.cost[at, at])
+    return {edge for edge in required if min(closed[node] for node in nodes[edge]) > task.longest}
 
 
 def both_ways(network: RoadNetwork, edges: Sequence[str]) -> list[list[str]]:

@@ -109,9 +109,9 @@ def test_a_ring_stays_where_its_streets_cannot_be_covered_otherwise() -> None:
 
 def test_no_loop_is_longer_than_allowed() -> None:
     """At most 450 m: two loops, though one was asked for; 350 m is less than the longer ring takes."""
-    design = make_design(_TWO_RINGS, CoverTask(max_length_m=450))
+    design = make_design(_TWO_RINGS, CoverTask(longest=450))
     assert best(design, 1).longest < 450
-    short = make_design(_TWO_RINGS, CoverTask(max_length_m=350))
+    short = make_design(_TWO_RINGS, CoverTask(longest=350))
     assert short.left_out == {"b": CoverReason.TOO_LONG}
     assert short.required == ("s", "a")
 
@@ -122,10 +122,10 @@ def test_every_loop_leads_over_the_start() -> None:
         dict.fromkeys("abcd", (100, 1)),
         ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>b_0", "c_0>d_0", "d_0>c_0"],
     )
-    design = make_design(chain, CoverTask(start="a"))
+    design = make_design(chain, CoverTask(depots=("a",)))
     assert all("a" in loop for loop in edges(design, best(design, 2)))
     with pytest.raises(RouteError, match="no loop leads over the start x"):
-        make_design(roads({"x": (9, 1), "y": (9, 1)}, ["y_0>y_0"]), CoverTask(start="x"))
+        make_design(roads({"x": (9, 1), "y": (9, 1)}, ["y_0>y_0"]), CoverTask(depots=("x",)))
 
 
 def test_either_way_is_enough() -> None:
