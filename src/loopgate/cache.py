@@ -10,7 +10,7 @@ T = TypeVar("T")
 
 
 class Cache(Generic[T]):
-    """The last few results of a costly function, by what determines them.
+    """The last few results of a costly function, by their arguments.
 
     Keys hold contents (hashes of files, values of options), never names of files: what a key stands for
     cannot change. Results are shared, so nobody may change them.

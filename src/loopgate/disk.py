@@ -13,7 +13,7 @@ DISK_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 def disk_error(error: OSError) -> str:
-    """Return in a few words what the disk refused, and what to do if it is full.
+    """Return a short message about an error of the disk, with a way out if it is full.
 
     Libraries put words of their own around those of the system; here they are the system's alone.
     """

@@ -106,7 +106,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], dict[str, dict[str, Any]]]:
-        """Begin an episode; return what the agents observe, and nothing more of each."""
+        """Begin an episode; return the observation of each agent, and empty infos."""
         del options
         self.close()
         scenario = replace(self.scenario, seed=self._seed if seed is None else seed)

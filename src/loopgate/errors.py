@@ -56,7 +56,7 @@ class GateError(LoopgateError):
 
 
 class PluginError(LoopgateError):
-    """A gate or negotiation of a user's own that failed, or answered what is no answer."""
+    """A user's own gate or negotiation failed, or gave an invalid answer."""
 
 
 class UnsafeStartError(GateError):

@@ -19,7 +19,7 @@ _OURS = "loopgate."
 
 
 def is_ours(thing: object) -> bool:
-    """Return whether a class, a function or what a class made is the package's own."""
+    """Return whether a class, a function or an object belongs to this package."""
     home = thing if hasattr(thing, "__qualname__") else type(thing)
     return str(getattr(home, "__module__", "")).startswith(_OURS)
 
@@ -56,7 +56,7 @@ def blaming(who: str, expected: str, error: type[LoopgateError] = PluginError) -
 
 
 def reason_of(problem: BaseException) -> str:
-    """Return what was raised and its words, if it has any, not longer than a line."""
+    """Return the type of an exception and its message, at most one line."""
     try:
         words = " ".join(str(problem).split())[:_LONGEST_REASON]
     except Exception:  # noqa: BLE001  the words of a user's own error may fail as well
@@ -65,7 +65,7 @@ def reason_of(problem: BaseException) -> str:
 
 
 def _place(problem: BaseException) -> str:
-    """Return the line of a user's file that raised, or that called what raised; empty if there is none."""
+    """Return the line of a user's file that raised the error or led to it; empty if there is none."""
     frames = [(f.f_code.co_filename, number) for f, number in traceback.walk_tb(problem.__traceback__)]
     theirs = [frame for frame in frames if not frame[0].startswith(_PACKAGE)]
     own = [frame for frame in theirs if not frame[0].startswith((*_LIBRARIES, "<"))] or theirs
@@ -73,7 +73,7 @@ def _place(problem: BaseException) -> str:
 
 
 def takes(function: Callable[..., object], *given: str) -> str:
-    """Return why a function or method cannot be called with so many things; empty if it can be."""
+    """Return why a function cannot take this number of arguments; empty if it can."""
     try:
         signature = inspect.signature(function)
     except ValueError:  # some that are not written in Python do not say

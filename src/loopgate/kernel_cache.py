@@ -1,4 +1,4 @@
-"""Compiles functions, and keeps what was compiled in a folder of its own for each state of the sources.
+"""Compiles functions, and keeps the compiled code in one folder for each state of the sources.
 
 Numba keeps what it compiled by file, and looks at that file only: a function keeps an old version of what it
 calls, or of a constant, in another file. And several processes that find the sources changed must not share a

@@ -59,7 +59,7 @@ def in_file(spec: object) -> FilePlugin | None:
 
 
 class Plugins(NamedTuple):
-    """Things of one kind: what messages call them, their entry-point group, and the error to raise."""
+    """A kind of plugin: its name in messages, its entry-point group, and its error."""
 
     kind: str
     group: str
@@ -96,7 +96,7 @@ class Plugins(NamedTuple):
         return name
 
     def make(self, spec: str, make: Callable[[Factory, Mapping[str, object]], T]) -> T:
-        """Load what `spec` names and make it with the options of `spec`.
+        """Load the class that `spec` names and call it with the options of `spec`.
 
         Raises `error` if nothing has that name, the thing has no such option, or refuses an option's value by
         a `ValueError`. Raises `PluginError` if a user's own thing raises anything else, but for errors of the
@@ -176,7 +176,7 @@ class Plugins(NamedTuple):
             raise self.error(msg) from error
 
     def from_file(self, where: FilePlugin) -> Factory:
-        """Return what a Python file defines under a name; the file is run once, unless it changes.
+        """Return an object of a Python file by its name; the file is run once, unless it changes.
 
         Raises `error` if there is no such file, it fails, or it defines no such thing that can be called.
         """
@@ -240,7 +240,7 @@ def _options(factory: Factory) -> dict[str, inspect.Parameter]:
 
 
 def _expected(value: object, annotation: object) -> str | None:
-    """Return what an option should be that is annotated so; None if the value is."""
+    """Return the expected kind of an option by its annotation; None if the value is of that kind."""
     if isinstance(value, int | float) and not abs(value) <= _LARGEST:
         return f"a finite number, at most {_LARGEST:g} in size"
     # Annotations are texts where the module postpones them.

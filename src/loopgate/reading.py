@@ -1,4 +1,4 @@
-"""Reading what users give: whatever is wrong with it becomes one line that names the file.
+"""Reading users' files: each error becomes one line that names the file.
 
 Parsers raise what they happen to stumble on: besides errors of their own also those for unknown encodings,
 for numbers of five thousand digits, for lists nested too deep, for keys that are missing. A list of all that
@@ -59,7 +59,7 @@ def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: 
 
 
 def read_json(file: Path | str, what: str, error: type[LoopgateError]) -> Any:  # noqa: ANN401  any JSON value
-    """Return what a JSON file holds; raise `error` if it cannot be read or is no JSON."""
+    """Return the content of a JSON file; raise `error` if it cannot be read or is no JSON."""
     with refusing(file, what, error, wrong="not a JSON file"):
         return json.loads(_text(file, what, error, 256_000_000))
 
@@ -74,7 +74,7 @@ def read_object(file: Path | str, what: str, error: type[LoopgateError]) -> dict
 
 
 def read_toml(file: Path | str, what: str, error: type[LoopgateError]) -> dict[str, Any]:
-    """Return what a TOML file holds; raise `error` if it cannot be read or is no TOML."""
+    """Return the content of a TOML file; raise `error` if it cannot be read or is no TOML."""
     with refusing(file, what, error, wrong="not a TOML file"):
         return tomllib.loads(_text(file, what, error, 4_000_000))
 
@@ -107,7 +107,7 @@ def read_words(file: Path | str) -> str:
 
 
 def of_kind(kind: type[T], value: object, what: str, error: type[Exception], expected: str = "") -> T:
-    """Return a value that is of a kind, truth and numbers being different; else raise what was expected."""
+    """Return a value of the expected kind (a boolean is no number), or raise `error`."""
     if isinstance(value, kind) and isinstance(value, bool) == (kind is bool):
         return value
     msg = f"{what} is {shown(value)}; expected {expected or _KINDS[kind]}"
@@ -142,12 +142,12 @@ def check_keys(given: Iterable[str], known: Iterable[str], what: object, error: 
 
 
 def is_file(path: Path | str) -> bool:
-    """Return whether there is such a file; False for what cannot be the name of one."""
+    """Return whether the file exists; False for a text that cannot be a file name."""
     return os.path.isfile(path)  # noqa: PTH113  pathlib's raises on names that are too long
 
 
 def is_folder(path: Path | str) -> bool:
-    """Return whether there is such a folder; False for what cannot be the name of one."""
+    """Return whether the folder exists; False for a text that cannot be a folder name."""
     return os.path.isdir(path)  # noqa: PTH112  as above
 
 

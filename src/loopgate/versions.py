@@ -1,4 +1,4 @@
-"""Which versions made a result: ours and those of other distributions."""
+"""The versions that made a result: of loopgate and of other distributions."""
 
 from importlib.metadata import version
 

@@ -191,7 +191,7 @@ class _Plan:
         return [*pieces[first:], self._away(last, pieces[-1])]
 
     def _away(self, last: LaneSpan, piece: Piece) -> Piece:
-        """Return where those are who have arrived on a lane, from the end of the last piece of it on.
+        """Return the arc lengths of vehicles that arrived on a lane, beyond its last piece.
 
         In a place nobody arrives beyond its line, where others could touch those who do.
         """

@@ -56,7 +56,7 @@ def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]
 
 
 def _near(ranges: Ints) -> Iterator[tuple[Ints, Ints]]:
-    """Yield each rectangle with those in its ranges, so many pairs at a time."""
+    """Yield pairs of each rectangle and the rectangles in its ranges, in batches."""
     for begin, end in (ranges[:2], ranges[2:]):
         counts = np.maximum(end - begin, 0)
         before = np.concatenate(([0], np.cumsum(counts)))

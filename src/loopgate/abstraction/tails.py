@@ -26,7 +26,7 @@ _LEAST_M = 0.1
 
 
 def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
-    """Return by lane how far before its end corners of vehicles can be whose rears have just left it [m].
+    """Return, by lane, the greatest distance before its end of a corner of a vehicle whose rear left it [m].
 
     Whoever is to stop at the end of a lane keeps no gap in SUMO to those who are past it. So where ways
     turn sharply, stop lines have to be farther back. Lanes are left out that the usual line is good for.

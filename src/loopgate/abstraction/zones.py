@@ -132,7 +132,7 @@ def _overlaps(
 
 
 def _join(loop: Loop, path: Iterable[ZoneVisit], union: UnionFind[int]) -> list[ZoneVisit]:
-    """Make one of visits that overlap, and of visits of one zone that touch; sort by beginning."""
+    """Merge visits that overlap, and visits of one zone that touch; sort by beginning."""
     lap = loop.length_m
     found: list[ZoneVisit] = []
     for visit in sorted((_first_lap(v, lap) for v in path), key=_where):

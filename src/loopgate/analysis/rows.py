@@ -93,7 +93,7 @@ def read_run_row(folder: Path) -> RunRow:
 def run_row(
     *, scenario: Mapping[str, Any], summary: Mapping[str, Any], events: pd.DataFrame, edges: pd.DataFrame
 ) -> RunRow:
-    """Return what a run's row keeps of its summary, laps and edges.
+    """Return the part of a run's row that comes from its summary, laps and edges.
 
     Rates are over the time asked for: a run that was ended at its deadlock drove so much in that time, and
     would have driven little more.

@@ -1,4 +1,4 @@
-"""What stood in a run, and the vehicles that starved behind it, as tables."""
+"""Tables of blocked places and of the vehicles that starved behind them."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -37,7 +37,7 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the vehicles that starved, those behind one vehicle together, the most first.
+    """Return the vehicles that starved, grouped by the vehicle ahead, the largest group first.
 
     `VEHICLE` (that starved), `WAITS_FOR` (the vehicle that stood ahead, empty if none was found), `LANE` (its
     lane), `CAUSE`, `FROM` and `UNTIL` [s] (when the first of them was noticed, and when the last).

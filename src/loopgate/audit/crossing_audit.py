@@ -338,7 +338,7 @@ def _times(pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]) -> list[dict[
 
 
 def _watched(pieces: Iterable[pd.DataFrame], kept: list[pd.DataFrame]) -> Iterator[pd.DataFrame]:
-    """Yield pieces; what tells of those who park is kept."""
+    """Yield pieces; the state of parked vehicles is kept."""
     for events in pieces:
         kept.append(events[events[EVENT].isin([Event.PARK.value, Event.RETURN.value, Event.END.value])])
         yield events

@@ -199,7 +199,7 @@ def _runs(at_m: Floats, pairs: Ints) -> list[Ints]:
 
 
 def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConflict]]:
-    """Return the stretches of each loop on which the shortest bodies can touch those on other lanes.
+    """Return the stretches of each loop on which the shortest bodies can touch bodies on other lanes.
 
     Longer ones swing out farther, each in its own way: whether they touch, their rectangles tell.
     """
@@ -250,7 +250,7 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
 
 
 class _Roads(NamedTuple):
-    """The lanes outside junctions, by number; and those that lead to a junction without right of way."""
+    """The lanes outside junctions, by number, and the lanes that lead to a junction without right of way."""
 
     lanes: AbstractSet[int]
     unregulated: AbstractSet[int]

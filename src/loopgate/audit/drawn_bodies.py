@@ -43,7 +43,7 @@ class LaneOnWay:
 
     @property
     def behind(self) -> list[tuple[float, int]]:
-        """Its own lane and those behind it, with where they begin, the farthest first [m]."""
+        """Its own lane and the lanes behind it, each with its beginning [m], the farthest first."""
         return sorted((metres, lane) for lane, metres in self.window.items() if metres <= 0.0)
 
 

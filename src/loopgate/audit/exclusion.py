@@ -93,7 +93,7 @@ class Margins:
 
 
 class Exclusion:
-    """Judges passages as they come, with memory for those under way only.
+    """Judges passages as they come; memory holds the passages under way only.
 
     `groups`: places, of which each holds so many bodies; and pairs of movements, of which only one may have
     bodies on the stretch that they share, however many.

@@ -89,7 +89,7 @@ def read_positions(
 
 
 def open_positions(file: Path, columns: Iterable[str]) -> pyarrow.csv.CSVStreamingReader:
-    """Open some columns of what SUMO wrote, to be read in pieces."""
+    """Open some columns of SUMO's positions, to be read in pieces."""
     word = pa.dictionary(pa.int32(), pa.string())
     types = {name: word if name in _WORDS else pa.float64() for name in columns}
     return pyarrow.csv.open_csv(

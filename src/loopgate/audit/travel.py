@@ -148,7 +148,7 @@ class Traveller:
         return self._passages(rows, lap[rows].astype(np.int64), np.full(len(rows), at_s))
 
     def ungranted(self, time_s: Floats, arcs_m: Floats, tolerance_m: float) -> tuple[Ints, Floats]:
-        """Return the rows at which the front is beyond what was granted before that step, and by how much."""
+        """Return the rows with a front beyond the ground granted before that step, and the excess."""
         count = len(self._loop.leg_ends)
         if count < 2:  # noqa: PLR2004  one state all along: no gate
             return np.zeros(0, dtype=np.int64), np.zeros(0)

@@ -58,7 +58,7 @@ class _Seen:
 
 
 def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> ScenarioError | None:
-    """Print and write what the options ask for; return what does not work, or None.
+    """Print and write the output of the options; return the error, or None.
 
     Loops that cannot work are left out of all figures but their own table.
     """

@@ -42,7 +42,7 @@ class _Seen:
 def look_at_segments(
     roads: RoadNetwork, file: RoutesFile, wanted: Wanted, *, rho_m: float, piece_m: float
 ) -> ScenarioError | None:
-    """Print and write what the options ask for; return why the vehicles cannot start, or None.
+    """Print and write the output of the options; return why the vehicles cannot start, or None.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def print_json(
 
 @contextmanager
 def only_json(*, wanted: bool) -> Iterator[None]:
-    """Let all that is printed inside go to stderr, but for what `print_json` prints, if that is `wanted`.
+    """Send all output but that of `print_json` to stderr, if `wanted`.
 
     SUMO prints by the file descriptor, in this process and in others, whatever Python's stream is.
     """

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 @click.option(
     "--cover",
     metavar="all|FILE|POLYGON",
-    help="Cover streets: all, those a file names (edges, a netedit selection, or <poly>), or those in a "
+    help="Cover streets: all, the streets of a file (edges, a netedit selection, or <poly>), or of a "
     "polygon 'x,y x,y x,y' [m]. The longest loop is made as short as can be.",
 )
 @click.option("--max-length", "max_length_m", type=FiniteRange(1.0, 1e7), help="Longest covering loop [m].")
@@ -130,8 +130,8 @@ if TYPE_CHECKING:
 def loops(**given: Any) -> None:  # noqa: ANN401  click has checked them
     """Make distinct closed loops in NETWORK that a car can drive. No loop uses an edge twice.
 
-    Where there are fewer than asked for, those that there are; how many is said on stderr. With --cover,
-    loops by design: together they cover the streets, and Ctrl-C takes the best found so far.
+    If there are fewer loops than --count, a warning gives their number. With --cover the loops together cover
+    the streets; Ctrl-C ends the search with the best loops so far.
 
     NETWORK is a .net.xml or .net.xml.gz file, or sumo:NAME for a network of the SUMO package. The loops are
     written as an ordinary SUMO route file, which netedit and sumo-gui open.

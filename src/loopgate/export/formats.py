@@ -100,7 +100,7 @@ def _coordinates(line: Floats) -> str:
 
 
 def file_names(names: Iterable[str]) -> Mapping[str, str]:
-    """Return for each name one that any file system takes, all of them different."""
+    """Return a different file name for each name, valid on any file system."""
     found: dict[str, str] = {}
     taken: set[str] = set()
     for name in names:

@@ -1,4 +1,4 @@
-"""A run as GeoJSON, its loops as GPX and KML, and what each vehicle did as a table."""
+"""A run as GeoJSON, its loops as GPX and KML, and the day of each vehicle as a table."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -114,7 +114,7 @@ def run_features(folder: Path | str, layer: str = "streets") -> Features:
 
 
 def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
-    """Return what a vehicle did, in order.
+    """Return the events of a vehicle, in order.
 
     Columns: `TIME` [s], ``clock`` (h:mm:ss), ``what``, `STREET`, `EDGE`, ``lon`` and ``lat`` [degrees] of
     the edge's beginning. Raises `ResultsError` if the run has no such vehicle, and as `export_run`.
@@ -165,7 +165,7 @@ def _features(made: _Made, layer: str) -> Features:
 
 
 def _streets(made: _Made) -> Iterator[dict[str, Any]]:
-    """Yield all streets open to the vehicles, or those on loops where no others are known."""
+    """Yield all streets open to the vehicles, or only the streets on loops if no others are known."""
     known = made.streets if len(made.streets) else made.edges
     stood = made.edges.set_index(run.EDGE)
     for row in known.to_dict("records"):

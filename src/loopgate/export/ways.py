@@ -15,7 +15,7 @@ _ROUND_DEG = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A line of a turn list: what a driver does, and where."""
+    """A line of a turn list: an instruction and its position."""
 
     at_m: float
     """Distance from the loop's beginning [m]."""

@@ -90,7 +90,7 @@ def check_methods(gate: Gate, name: str) -> None:
 
 
 def _wrong_with(decision: Any, robots: int) -> str:  # noqa: ANN401  its parts may be anything
-    """Return what is wrong with an answer and what is expected; empty if nothing is."""
+    """Return the error in an answer and the expected answer; empty if there is no error."""
     if not isinstance(decision.admitted, bool):
         return f"admitted is {shown(decision.admitted)}; expected True or False"
     if not isinstance(decision.reason, Reason):

@@ -25,7 +25,7 @@ def collision_decision(system: System, configuration: Placement, robot: int) -> 
 
 
 class CollisionGate(Follower, follows=True):
-    """Admits every move into a private state or one with room. It avoids collisions, not deadlocks."""
+    """Admits every move into a private state or a state with a free slot. It avoids no deadlocks."""
 
     def decide(self, configuration: Placement, robot: int) -> Decision:
         """Admit the move iff the robot is movable: its next state is private or has room."""

@@ -1,4 +1,4 @@
-"""Deadlocks: who waits for one another for good; circular waits by Definition 3 (Zhou et al. 2020)."""
+"""Deadlocks: robots that wait for one another for good; circular waits (Zhou et al. 2020, Definition 3)."""
 
 from collections.abc import Hashable, Mapping, Sequence
 from typing import TypeVar
@@ -9,7 +9,7 @@ W = TypeVar("W", bound=Hashable)
 
 
 def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
-    """Return those that wait for one another for good, and so can never go on: the greatest fixpoint.
+    """Return the robots that wait for one another for good: the greatest fixpoint.
 
     The recognition of deadlocks on roads asks it about vehicles, gates ask it about robots and full places.
     O(members of all sets).

@@ -53,7 +53,7 @@ def following(gate: Gate) -> FollowingGate | None:
 
 
 def _decides_anew(gate: FollowingGate) -> bool:
-    """Return whether a class derived from one that follows has its own `decide`, but no `decide_here`."""
+    """Return whether a subclass of a following gate has its own `decide`, but no `decide_here`."""
     homes = [next((k for k in type(gate).__mro__ if name in vars(k)), None) for name in _DECIDING]
     anew, here = homes
     return anew is not here and anew is not None and here is not None and issubclass(anew, here)

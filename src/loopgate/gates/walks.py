@@ -83,7 +83,7 @@ class Holders:
         return {path[p]: robot for robot, (path, p) in enumerate(paths)}
 
     def of(self, state: int) -> tuple[int, ...]:
-        """Return the robots one of which must leave `state` before another can enter; () if it has room."""
+        """Return the robots in a full `state`, any of which may leave first; () if it has a free slot."""
         if self._system.private[state]:
             return ()
         if self._system.room[state] == 1:

@@ -35,7 +35,7 @@ class View(Protocol):
 
 @runtime_checkable
 class Negotiation(Protocol):
-    """Orders requests and may ask some to wait. It never admits what the gate refuses.
+    """Orders requests and may delay some. It never admits a move that the gate refuses.
 
     A negotiation class is called with a random generator (`random.Random`, seeded by the run) and with
     keyword options that the user may set (``--negotiation name:option=value``).

@@ -40,7 +40,7 @@ class _Careful:
 
 
 class _CarefulInformed(_Careful):
-    """The same for one that wants to know the system."""
+    """The same for a negotiation that takes the system."""
 
     def __init__(self, negotiation: InformedNegotiation) -> None:
         super().__init__(negotiation)
@@ -52,7 +52,7 @@ class _CarefulInformed(_Careful):
 
 
 def careful(negotiation: Negotiation) -> Negotiation:
-    """Return what asks a negotiation, and raises `PluginError` if it fails or returns no order.
+    """Return a function that asks a negotiation, and raises `PluginError` if it fails or returns no order.
 
     The package's own negotiations are returned as they are.
     """

@@ -15,7 +15,7 @@ _NEGOTIATIONS = Plugins(
 
 
 def name_negotiation(negotiation: object) -> str:
-    """Return the name of a class or function that makes a negotiation, or of one that is made already.
+    """Return the name of a negotiation: of its class, its function, or the object.
 
     Raises `ScenarioError` if it is none of these, nor a name.
     """

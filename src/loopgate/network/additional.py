@@ -95,7 +95,7 @@ def without(file: Path, tags: Collection[str], copy: Path) -> Path:
 
 
 def write_leading(files: Iterable[Path], copy: Path) -> bool:
-    """Write what SUMO's router needs of additional files to lead trips: it may refuse the rest.
+    """Write the part of additional files that SUMO's router needs: it may refuse the rest.
 
     Districts, with their sources and sinks, and stopping places. Return whether there is any; then only is
     the file written.

@@ -10,7 +10,7 @@ _SCALES = (1.0, 60.0, 3600.0, 86400.0)
 
 
 def as_number(text: str, *, default: float = math.nan) -> float:
-    """Return a number; what is none becomes `default`."""
+    """Return a number, or `default` if the value is no number."""
     try:
         return float(text)
     except ValueError:

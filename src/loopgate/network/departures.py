@@ -83,7 +83,7 @@ class Flow:
         return max(0.0, (run_end_s if self.end_s is None else self.end_s) - self.begin_s) / (self.number or 1)
 
     def _number_before(self, at_s: float, run_end_s: float) -> int:
-        """Return how many depart before a time, of those that do so every period."""
+        """Return the number of periodic departures before a time."""
         every_s, lasts_s = self._every_s(run_end_s), at_s - self.begin_s
         if lasts_s <= 0.0 or (every_s == 0.0 and self.number is None):
             return 0

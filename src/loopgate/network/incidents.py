@@ -1,4 +1,4 @@
-"""What stands still during a run, by a file: streets that are closed for a time, vehicles that break down."""
+"""Incidents of a run, from a file: streets closed for a time, vehicles that break down."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _KEYS = ("closures", "breakdowns")
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """An edge, or one of its lanes, onto which no vehicle is let from one time to another [s].
+    """An edge or lane that is closed from one time to another [s].
 
     `lane` is empty where the whole edge is closed.
     """

@@ -273,7 +273,7 @@ def _add(one: Cost, other: Cost) -> Cost:
 def make_spans(
     network: RoadNetwork, way: Sequence[Step], every: Sequence[Sequence[Step]]
 ) -> tuple[LaneSpan, ...]:
-    """Return the lanes of a way, beside each those of other steps over its edge."""
+    """Return the lanes of a way, each with the lanes of other steps over its edge."""
     spans: list[LaneSpan] = []
     for step, steps in zip(way, every, strict=True):
         onward = step.onward

@@ -92,7 +92,7 @@ def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: boo
 def _untaken(
     element: ET.Element, *, fleet: bool, drawn: frozenset[str] = frozenset()
 ) -> Iterator[tuple[tuple[str, str], str]]:
-    """Yield what is left out of an element: its name, how it is shown, and the element that has it."""
+    """Yield the ignored parts of an element: the name, the text to show, and the element."""
     taken = _TAKEN[element.tag] | drawn
     owner = f"{element.tag} {element.get('id', '')}".strip()
     for name, value in element.attrib.items():

@@ -1,4 +1,4 @@
-"""What a route file comes to: loops, and the vehicles and flows on them, before they stand anywhere."""
+"""The content of a route file: loops, and the vehicles and flows on them, without positions."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class LoopVehicle:
         return not self.loop.closed or any(way.once for way, _ in self.ways)
 
     def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
-        """Yield itself, or those of the flow, that depart in a run [s]; who did before is there at first.
+        """Yield the vehicles that depart in a run [s]; a vehicle that departed before is there at first.
 
         Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
         follows from seed and name.

@@ -99,7 +99,7 @@ def make_route(
 
 
 class RouteChoices:
-    """What there is to choose between on routes, kept for those that are driven by many.
+    """The choices of lanes on routes, kept for routes of many vehicles.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class RouteChoices:
 def _once(
     network: RoadNetwork, cost: Cost, step: Step, load: Mapping[str, int], most: int, *, short: bool
 ) -> Cost:
-    """Return what passing an edge costs who drives once, first of all what is done only where it must be."""
+    """Return the cost of passing an edge for a vehicle that drives once, the part to avoid most first."""
     onward, lanes = step.onward, network.edges[step.onward.from_edge].lanes
     two_way, changes = divmod(cost[0], TWO_WAY_LANES)
     lane = lanes[onward.from_lane].id

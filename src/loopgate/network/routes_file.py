@@ -1,4 +1,4 @@
-"""SUMO route files: those whose routes close are loops; of others each vehicle drives its route once."""
+"""SUMO route files: closed routes are loops; on other routes each vehicle drives once."""
 
 from __future__ import annotations
 
@@ -233,7 +233,7 @@ class _Asked:
 
 @dataclass(slots=True)
 class _Found:
-    """What the files read so far hold: routes, types, vehicles, and the distributions to draw from."""
+    """The content of the files read so far: routes, types, vehicles, and distributions."""
 
     network: RoadNetwork
     places: Mapping[str, StoppingPlace]

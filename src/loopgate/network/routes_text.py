@@ -29,7 +29,7 @@ def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> N
 
 
 def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[LoopVehicle] = ()) -> str:
-    """Return what `write_loops` writes, with the vehicles' types before and the vehicles behind the loops."""
+    """Return the text of `write_loops`: the vehicles' types, the loops, the vehicles."""
     by_id = {loop.id: loop for loop in loops}
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
     if note:

@@ -17,7 +17,7 @@ _MOST = 1e9
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One of those that a distribution draws from: a name, or an element of its own.
+    """A member of a distribution: a name, or an element of its own.
 
     `share` is None where the distribution does not say it.
     """
@@ -76,7 +76,7 @@ def refuse_nothing(shares: Iterable[float], what: str) -> None:
 
 
 def draw(choices: Sequence[tuple[T, float]], rng: Random) -> T:
-    """Return one of these by their shares."""
+    """Draw a member by the shares."""
     return rng.choices([one for one, _ in choices], [share for _, share in choices])[0]
 
 

@@ -25,7 +25,7 @@ MOST_OF_SUMO = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class TrafficFile:
-    """Ordinary vehicles, and persons who walk or ride."""
+    """Ordinary vehicles and persons."""
 
     file: Path
     """As it was asked for."""
@@ -99,7 +99,7 @@ def _flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
 
 
 def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
-    """Return the flows in files of SUMO's and in those that they include; SUMO judges what cannot be read.
+    """Return the flows in SUMO's files and their included files; a file that cannot be read is left to SUMO.
 
     Raises `RouteError` if an include has no name, or is endless.
     """

@@ -74,7 +74,7 @@ def drives_once(
 
 
 def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
-    """Return whether a route leads back to its beginning; one that makes no sense may."""
+    """Return whether a route leads back to its beginning; an invalid route may."""
     if not edges or edges[-1] not in network.edges:
         return True
     return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))

@@ -61,7 +61,7 @@ class UngatedFleet:
 def take_ungated(
     tops: Sequence[tuple[Path, ET.Element]], own: Sequence[tuple[Path, ET.Element]]
 ) -> UngatedFleet:
-    """Take out of files of trips what no gate can drive, and routes with stops of such a kind.
+    """Take vehicles that no gate can drive, and routes with such stops, out of files of trips.
 
     Vehicles whose routes are repeated are on loops: they stay, and are refused.
 

@@ -53,7 +53,7 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
 
 
 def included(file: Path) -> list[Path]:
-    """Return the files that a file includes, and those that they do; what is wrong is left to `read_xml`."""
+    """Return the files that a file includes, directly or not; errors are left to `read_xml`."""
     found: dict[Path, None] = {file.resolve(): None}
     ahead = [file.resolve()]
     while ahead:
@@ -122,7 +122,7 @@ def _check_depth(top: ET.Element) -> None:
 
 
 def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[LoopgateError]) -> None:
-    """Put what other files hold in place of the ``<include>`` elements that name them."""
+    """Replace each ``<include>`` element by the content of its file."""
     for at in reversed([number for number, one in enumerate(top) if one.tag == "include"]):
         file = (within[-1].parent / top[at].get("href", "")).resolve()
         if file in within or not is_file(file):

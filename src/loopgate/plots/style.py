@@ -78,5 +78,5 @@ def series_order(column: Iterable[object]) -> list[str]:
 
 
 def open_first(name: str) -> tuple[bool, str]:
-    """Return what sorts series and gates: those first in which no gate decides."""
+    """Return a sort key for series and gates: series without a gate come first."""
     return not name.startswith((SUMO_RULES, "open")), name

@@ -1,4 +1,4 @@
-"""The events of a run, as spans of time: who held which place and way, who was refused, who stood at a gate.
+"""The events of a run as spans of time: places and ways held, refusals, stands at gates.
 
 Under a gate the events say so. Where SUMO's own rules ruled there are no grants; who was in which place is
 then read off the distance driven.
@@ -42,7 +42,7 @@ _MOVED_M = 2.0
 
 
 class TimeSpan(NamedTuple):
-    """Something that lasted: of which place, way or reason, whose, from which step up to which."""
+    """A span of time: its place, way or reason, its vehicle, its first and last step."""
 
     what: int
     vehicle: int
@@ -82,7 +82,7 @@ class Happenings:
 def find_happenings(
     events: pd.DataFrame, tracks: Tracks, layout: Layout | None, ways: DrawnLines
 ) -> Happenings:
-    """Return what happened in a run.
+    """Return the spans of a run.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class _Reader:
                 self._found.visits.append(TimeSpan(place, vehicle, begin, frame))
 
     def close(self) -> None:
-        """End what was under way when the run ended, and see how long its deadlocks lasted."""
+        """End the open spans at the end of the run, and measure its deadlocks."""
         last = self._tracks.frames
         for vehicle, inside in enumerate(self._inside):
             self._found.visits.extend(TimeSpan(place, vehicle, begin, last) for place, begin in inside)
@@ -228,7 +228,7 @@ class _Reader:
 
 
 def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) -> Iterable[TimeSpan]:
-    """Yield who was in which place, from the distance that each vehicle had driven on its loop."""
+    """Yield the vehicles in each place, from the distance of each vehicle on its loop."""
     rows_of = tracks.rows_of()
     for vehicle, body in enumerate(layout.vehicles.values()):
         loop = layout.loops[body.loop]

@@ -30,7 +30,7 @@ def number(value: float) -> str:
 
 
 def title(sections: Sequence[Section]) -> str:
-    """Return the title of the page: what was compared, and where."""
+    """Return the title of the page: the rules compared, and the network."""
     names = {name for section in sections for name in (*section.names, *section.hidden)}
     if sections[0].watch is not None:
         return f"Watch of {_listed([section.network for section in sections])}"

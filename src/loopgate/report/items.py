@@ -141,7 +141,7 @@ class Content:
             self.figures.append(FigureItem(name, title, marked, chart, table or name))
 
     def watch_only(self) -> None:
-        """Leave out what tells of throughput, and put what tells of promises and idle streets first."""
+        """Leave out figures of throughput, and put promises and idle streets first."""
         self.figures = [item for item in self.figures if item.name not in _THROUGHPUT]
         self.figures.sort(key=lambda item: _WATCH.index(item.name) if item.name in _WATCH else len(_WATCH))
         kept = [item for name, item in self.tables.items() if name not in _THROUGHPUT]

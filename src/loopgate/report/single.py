@@ -110,7 +110,7 @@ def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> 
     if 0 < len(points) <= _MOST_POINTS:
         content.figure(
             "time-space",
-            f"Loop {loop}: who was where when",
+            f"Loop {loop}: its vehicles over time",
             "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
             "the beginnings of two edges; the flatter, the slower.",
             plots.plot_time_space(points),

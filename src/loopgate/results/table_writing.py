@@ -82,7 +82,7 @@ class TableFile:
         self._pieces += 1
 
     def _reserve(self, more_bytes: int) -> None:
-        """Reserve space for so many bytes and the end of the file, on disks that allow it."""
+        """Reserve disk space for a number of bytes and the end of the file, where the disk allows it."""
         if not hasattr(os, "posix_fallocate"):
             return
         room = more_bytes + _END_BYTES + _END_BYTES_PER_PIECE * (self._pieces + 1)

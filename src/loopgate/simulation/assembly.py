@@ -1,4 +1,4 @@
-"""Puts a run together: network, vehicles with their loops, states, and who starts where."""
+"""Assembles a run: network, vehicles with their loops, states, and starts."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,7 +43,7 @@ _MOST_LOOPS = 40
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """Streets to be seen so many times as often as others, and districts by name with their streets."""
+    """Weights of streets, and the streets of each district."""
 
     weights: Mapping[str, float] = field(default_factory=dict)
     districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -264,7 +264,7 @@ def read_vehicles(
 
 
 def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:
-    """Say how many of those who drive once depart at no time of the run."""
+    """Warn of the number of trips that depart at no time of the run."""
     late = [v for v in file.vehicles if v.once and not v.flow and not begin_s <= v.depart_s < end_s]
     if not late:
         return ()
@@ -277,7 +277,7 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
 def _place(
     scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
 ) -> tuple[list[Start], list[Track]]:
-    """Return starts and tracks of those who are there from the beginning; under no gate without states."""
+    """Return starts and tracks of the vehicles there from the beginning; no gate means no states."""
     starts, tracks = [], []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
     for number, (vehicle, front_m) in enumerate(zip(vehicles, fronts_m, strict=False)):
@@ -305,7 +305,7 @@ def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
 
 
 def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) -> Wishes:
-    """Read what is wanted of the watch; an edge lies in a district if it is open to some vehicle."""
+    """Read weights and districts; an edge lies in a district only if it is open to some vehicle."""
     return Wishes(
         read_weights(network, scenario.weights) if scenario.weights else {},
         read_districts(network, scenario.districts, classes) if scenario.districts else {},
@@ -313,7 +313,7 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
 
 
 def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> dict[str, str]:
-    """Refuse types that no gate can drive; return what is peculiar about those that it can, by name."""
+    """Refuse types that no gate can drive; return the peculiarities of the other types, by name."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
     if scenario.abstraction != "queues":

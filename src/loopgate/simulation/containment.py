@@ -174,7 +174,7 @@ class Containment:
                 self._recorder.note(now, vehicle, Event.BLOCK, place, why)
 
     def _find_lost(self) -> dict[str, None]:
-        """Return the places whose first vehicle waits for what stands, and has no other way.
+        """Return the places whose first vehicle waits for a blocked place, and has no other way.
 
         Vehicles that have another way keep out of these; a vehicle that has none may wait there.
         """

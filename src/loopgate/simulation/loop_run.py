@@ -128,7 +128,7 @@ def drive(
 
 
 class Mishaps:
-    """Counts and records what SUMO reports as collisions and teleports, step by step.
+    """Counts and records SUMO's collisions and teleports, step by step.
 
     Of collisions in which none of its `own` vehicles has a part there is only a count; all are its own if not
     given. Those with others are judged by `verdicts`.

@@ -1,4 +1,4 @@
-"""What went wrong in a run, in words: whether a run is clean, and a warning for each kind of mishap."""
+"""Mishaps of a run: whether the run is clean, and a warning for each kind of mishap."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -237,7 +237,7 @@ def summary(
     findings: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Return what ``summary.json`` holds.
+    """Return the content of ``summary.json``.
 
     Parameters
     ----------
@@ -347,7 +347,7 @@ def _truncated(
 
 
 def _trip_row(trip: Trip | None) -> dict[str, Any]:
-    """Return what ``vehicles.parquet`` says of a vehicle's trip; None is for a vehicle on a loop."""
+    """Return the columns of a vehicle's trip in ``vehicles.parquet``; None is for a vehicle on a loop."""
     return {
         TIME_LOSS: trip.time_loss_s if trip else nan,
         WAITING: trip.waiting_s if trip else nan,

@@ -38,7 +38,7 @@ _GONE = (0.0, (nan, nan))
 
 
 def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
-    """Run the configuration's own vehicles under SUMO's own rules; return what ``summary.json`` holds.
+    """Run the configuration's own vehicles under SUMO's rules; return the content of ``summary.json``.
 
     The run ends when its last vehicle has arrived (ordinary traffic beside it aside), after the scenario's
     duration, which is the configuration's where none is given, or in a deadlock. Options that hide trouble

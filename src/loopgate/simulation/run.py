@@ -183,7 +183,7 @@ def _starving_after_s(scenario: Scenario) -> float:
 
 
 def _after(look: Callable[[], None], tick: Tick) -> Tick:
-    """Return what looks, and then tells."""
+    """Return a function that calls `look`, then `tick`."""
 
     def both(now: float, course: RunCourse) -> None:
         look()

@@ -273,7 +273,7 @@ class Scenario:
 
     @property
     def rule_for_gated(self) -> str:
-        """The vehicles under the gate of those that drive once: ``all``, ``loops``, a type or a file."""
+        """The gated vehicles among trips: ``all``, ``loops``, a type or a file."""
         return self.who or "all"
 
     @property

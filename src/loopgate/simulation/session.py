@@ -1,4 +1,4 @@
-"""A simulation under way: its parts, and what they have to tell once it is over."""
+"""A simulation under way: its parts, and their results at the end."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -73,7 +73,7 @@ class Session:
         return {vehicle: some for one in every if one for vehicle, some in one.turns.items() if some}
 
     def tallies(self, assembly: Assembly, watch: Watch, course: RunCourse) -> list[Tally]:
-        """Return what each vehicle did; one that has not departed did nothing."""
+        """Return the row of each vehicle; it is empty before the departure."""
         now, drivers, departures = course.end_s, self.engine.driver_of, self.departures
         on_road = set(self.traffic.vehicles())
         loops = {start.vehicle: start.loop for start in assembly.everybody}
@@ -131,7 +131,7 @@ def sum_up(
     flow: list[Row],
     folder: Folder,
 ) -> dict[str, Any]:
-    """Write the tables of a run that is over; return what ``summary.json`` holds.
+    """Write the tables of a finished run; return the content of ``summary.json``.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def sum_up(
 def _with_trips(
     assembly: Assembly, session: Session, tallies: Sequence[Tally], folder: Folder, course: RunCourse
 ) -> list[Tally]:
-    """Return what each vehicle did, with what SUMO says of those that drive once."""
+    """Return the row of each vehicle, with SUMO's figures of trips."""
     mine, departures = [tally for tally in tallies if tally.vehicle in assembly.trips], session.departures
     trips = gated_trips(
         read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),

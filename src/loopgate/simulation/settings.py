@@ -187,7 +187,7 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
 
 
 def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
-    """Return what keeps a type from driving as SUMO's cars do; empty if nothing does."""
+    """Return the attributes by which a type differs from SUMO's cars; empty if there are none."""
     model, accel, sigma = kind.attributes.get(_MODEL), _number(kind, "accel"), _number(kind, "sigma")
     minor = _number(kind, _MINOR, 0.0)
     pace, deviation = _speed_factor(kind)

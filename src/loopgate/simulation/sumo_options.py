@@ -39,7 +39,7 @@ _QUIET = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class SumoOptions:
-    """Options for SUMO besides those that a run gives it anyway.
+    """Additional options for SUMO.
 
     Attributes
     ----------

@@ -113,7 +113,7 @@ def parse_amounts(words: str) -> dict[str, float]:
 
 
 def choice(words: tuple[str, ...]) -> Rule:
-    """Return the rule for one of some words; the empty one, if it is among them, stands for a default."""
+    """Return the rule for a choice of words; the empty word stands for a default."""
     named = ", ".join(word for word in words if word)
     return Rule(f"one of {named}", lambda value: value if value in words else _refuse())
 

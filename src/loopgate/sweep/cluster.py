@@ -53,7 +53,7 @@ def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
 
 
 def _check_workers(codes: Mapping[str, object]) -> None:
-    """Refuse workers that run other code; those that come later find out with their first run."""
+    """Refuse workers that run other code; a later worker is refused at its first run."""
     for worker, code in sorted(codes.items()):
         if code != own_code():
             has = f"has no loopgate ({shown(code)})" if isinstance(code, BaseException) else "runs other code"

@@ -120,7 +120,7 @@ def _check_worker(task: Task) -> None:
 
 
 def seal(folder: Path) -> str:
-    """Return what tells a folder of results from one of the same name elsewhere; empty if there is none."""
+    """Return the hash that identifies a results folder; empty if there is none."""
     with contextlib.suppress(OSError):
         return hashlib.sha256((folder / MANIFEST).read_bytes()).hexdigest()
     return ""

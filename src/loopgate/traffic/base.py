@@ -234,7 +234,7 @@ class Traffic(Protocol):
         """Return the number of current and coming stops of the vehicle, without the stop that holds it."""
 
     def at_own_stop(self, vehicle: str) -> bool:
-        """Return whether a vehicle stands at a stop of its own, and not at one of the gate."""
+        """Return whether a vehicle stands at its own stop, not at a stop of the gate."""
 
     def stays_s(self, vehicle: str) -> float:
         """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""

@@ -74,7 +74,7 @@ def refuse_second() -> None:
 
 
 def owner() -> str:
-    """Return what runs in libsumo by `start`; empty if nothing does."""
+    """Return the name of the simulation that runs in libsumo by `start`; empty if none runs."""
     return f"a run of {_owner[0]}" if _owner else ""
 
 

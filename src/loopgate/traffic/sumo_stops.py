@@ -223,7 +223,7 @@ class SumoStops:
         return [v for v in ids if self.at_own_stop(v)]
 
     def at_own_stop(self, vehicle: str) -> bool:
-        """Return whether it stands at a stop that is not one of the gate's."""
+        """Return whether the vehicle stands at a stop that is not the gate's."""
         held = vehicle in self._holds and self._stop_number(vehicle) == 0
         return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
 

@@ -180,7 +180,7 @@ class _Net:
         return flow - self._robots, {p for p in self._places if self._node[p] in reached}
 
     def _flow(self, edges: Sequence[tuple[int, int, int]]) -> tuple[int, csr_array]:
-        """Return the greatest flow and what capacity it leaves, back edges included."""
+        """Return the greatest flow and the capacity left, back edges included."""
         tails, heads, most = np.array([*self._edges, *edges], np.int32).T
         capacity = csr_array((most, (tails, heads)), shape=(self._sink + 1, self._sink + 1))
         found = maximum_flow(capacity, 0, self._sink)

@@ -110,7 +110,7 @@ class Exploration(Keeper):
         return self._plan[:k] + self._plan[k + 1 :]
 
     def moved(self, robot: int, before: int) -> bool:
-        """Take note of a move; False if it does not lead to what is known to be live."""
+        """Record a move; return False if the configuration after it is not known to be live."""
         del before
         self._plan = self._without(robot)
         there = None if self._here is None else self._system.moved(self._here, robot)

@@ -133,7 +133,7 @@ class FreeSlots(WitnessKeeper):
         return True
 
     def _pushed(self, there: Occupancy, robot: int) -> list[int]:
-        """After the move of `robot`, move who came first into the full place until none is; return the moves.
+        """After the move of `robot`, move the heads of full places until none is full; return the moves.
 
         Places that are left in any order are left in order of arrival here, those who were there before by
         number. It ends, see above, and no budget may end it before: else everyone could be refused.

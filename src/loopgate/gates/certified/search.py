@@ -135,7 +135,7 @@ class Search:
 
 
 def parts_of(stand: Occupancy, core: list[int]) -> list[list[int]]:
-    """Split robots into those that share no state from here to their homes, smallest part first."""
+    """Split robots into parts that share no state from here to their homes, the smallest part first."""
     layout = stand.layout
     leader = {i: i for i in core}
 

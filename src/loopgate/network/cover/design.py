@@ -71,18 +71,18 @@ class Design:
     """Edges that cannot be covered, and why."""
 
     def bound(self, count: int) -> float:
-        """Return a lower bound on the longest of so many loops."""
+        """Return a lower bound on the longest of `count` loops."""
         return max(self.circulation / count, float(self.apart[0]), *map(float, self.apart[count : count + 1]))
 
     def dearer(self, more: Mapping[str, float]) -> Design:
-        """Return the design where driving over some streets costs so much more, whatever came before."""
+        """Return the design with an extra cost for driving over some streets."""
         cost = self.ways.cost.copy()
         for rank, node in enumerate(self.ways.nodes):
             cost[:, rank] += more.get(self.graph.edges[node], 0.0)
         return replace(self, ways=replace(self.ways, cost=cost))
 
     def plans(self, count: int, *, seed: int, begun: TourPlan | None = None) -> Iterator[TourPlan]:
-        """Yield ever better plans for so many loops, or for more where none may be longer than so much.
+        """Yield ever better plans for `count` loops, or for more loops if the longest is bounded.
 
         With `begun`, a plan that was found before, the search goes on with that.
         """

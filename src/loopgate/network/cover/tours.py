@@ -57,7 +57,7 @@ def _patched(cost: Floats, following: Ints) -> Ints:
 
 @kernel
 def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) -> tuple[int, int]:
-    """Return one of some and one of others such that exchanging their followers costs least."""
+    """Return the pair, of one set and another, whose exchange of followers costs least."""
     least, found = np.inf, (some[0], others[0])
     for x in some:
         after_x = following[x]

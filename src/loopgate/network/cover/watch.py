@@ -15,7 +15,7 @@ from loopgate.network.road import RoadNetwork
 
 @dataclass(frozen=True, slots=True)
 class Patrol:
-    """Loops with so many vehicles on each, evenly spaced, at the speeds the roads allow."""
+    """Loops with evenly spaced vehicles, at the speed limits."""
 
     laps_s: tuple[float, ...]
     """Time of a lap on each loop [s]."""
@@ -26,7 +26,7 @@ class Patrol:
 
 
 def patrol(network: RoadNetwork, loops: Sequence[Loop], vehicles: Sequence[int]) -> Patrol:
-    """Return how often loops with so many vehicles on each see their streets; O(edges of the loops)."""
+    """Return lap times, and the mean time between visits of each street [s]; O(edges of the loops)."""
     laps = laps_s(network, loops)
     visits: dict[str, float] = {}
     for loop, lap, number in zip(loops, laps, vehicles, strict=True):

@@ -95,7 +95,7 @@ def _polygons(file: str) -> list[tuple[str, shapely.Polygon]]:
 
 
 def read_districts(network: RoadNetwork, file: str, classes: Collection[str]) -> dict[str, tuple[str, ...]]:
-    """Return, by polygon of an XML file, the edges open to a class whose middle lies in it.
+    """Return, for each polygon of an XML file, the edges open to a class with their middle in the polygon.
 
     Raises `RouteError` if there is no polygon in it, one is none, or has no edge inside; the text names it.
     """

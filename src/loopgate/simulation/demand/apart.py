@@ -109,14 +109,14 @@ def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
 
 
 def of_no_safe_type(vehicles: Sequence[LoopVehicle], step_s: float) -> dict[str, str]:
-    """Return which of those that drive once are of a type that no gate can drive, and why, by name."""
+    """Return the trips of a type that no gate can drive, with the reason, by name."""
     once = [v for v in vehicles if not v.loop.closed]
     whys = {kind: why_unsafe(kind, step_s) for kind in {v.type for v in once}}
     return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
 
 
 def cannot_stop(vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None) -> dict[str, str]:
-    """Return which of those that drive once make a stop that no gate can work with, and why, by name."""
+    """Return the trips with a stop that no gate can work with, with the reason, by name."""
     ways = {way.loop.id: way for way in (abstraction.later if abstraction else ())}
     found = {}
     for vehicle in (v for v in vehicles if v.stops and not v.loop.closed and v.loop.id in ways):

@@ -86,7 +86,7 @@ class Detours:
     def _around_first(
         self, roads: nx.DiGraph[str], edges: tuple[str, ...], avoided: AbstractSet[str]
     ) -> tuple[str, ...] | None:
-        """Return the edges of a loop without the first ones of those that are to be avoided."""
+        """Return the edges of a loop without the first of the edges to avoid."""
         count = len(edges)
         after = (k for k in range(count) if edges[k] not in avoided and edges[k - 1] in avoided)
         first = next(after, None)

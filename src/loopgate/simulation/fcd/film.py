@@ -1,4 +1,4 @@
-"""A finished simulation, frame by frame: where vehicles are, what they have done, whom they wait for."""
+"""A finished simulation, frame by frame: positions, mileage, and the vehicle each vehicle waits for."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _AT_JUNCTION_M = 15.0
 
 @dataclass(slots=True)
 class Course:
-    """What a vehicle has done so far.
+    """The mileage of a vehicle so far.
 
     Attributes
     ----------

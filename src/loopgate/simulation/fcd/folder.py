@@ -53,7 +53,7 @@ def write_fcd_run(
     overwrite: bool = False,
     tell: Callable[[int], None] = lambda _: None,
 ) -> dict[str, Any]:
-    """Write a run folder from FCD output; return what its ``summary.json`` holds.
+    """Write a run folder from FCD output; return the content of its ``summary.json``.
 
     Deadlocks are circles of vehicles that have stood for `deadlock_after_s` and leave each other no room; see
     `loopgate.simulation.fcd.film`. They are looked for every ten seconds.

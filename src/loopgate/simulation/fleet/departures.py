@@ -125,7 +125,7 @@ class OpenDepartures(Departures):
         engine.lay([*(driver.track for driver in engine.drivers), *ways], {})
 
     def look(self) -> None:
-        """Take note of those that SUMO has put in."""
+        """Record the vehicles that SUMO has inserted."""
         if len(self.departed_s) == len(self._starts):
             return
         tracks = []
@@ -170,7 +170,7 @@ class _Outside:
                 del self.before_junctions[place]
 
     def first(self) -> list[Departure]:
-        """Return who is first at each place, of loops and of those who drive once."""
+        """Return the first vehicle waiting at each place, of loops and of trips."""
         return sorted((queue[0] for queue in self._at.values() if queue), key=self._turn_of)
 
 
@@ -286,7 +286,7 @@ class GatedDepartures(Departures):
         )
 
     def _take_in(self) -> None:
-        """Take in those that SUMO has put in, and take the others back."""
+        """Accept the vehicles that SUMO has inserted, and take the others back."""
         present = set(self._traffic.departed())
         entering, self._entering = self._entering, []
         here = [

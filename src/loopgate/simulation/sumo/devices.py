@@ -49,7 +49,7 @@ class ReroutingPolicy:
 
 
 def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, ReroutingPolicy]:
-    """Return who is to be led another way where that is quicker, as SUMO's rerouting device would.
+    """Return the vehicles to reroute where another way is quicker, as SUMO's rerouting device does.
 
     These are vehicles that drive once, without stops or edges to drive over in between.
 
@@ -79,7 +79,7 @@ def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, R
 
 
 def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: float) -> float:
-    """Return what is said of rerouting, a share or a time [s]."""
+    """Return an option of rerouting, a share or a time [s]."""
     word = f"device.{_REROUTING}.{name}"
     try:
         return max(0.0, seconds(said[word])) if word in said else default

@@ -1,4 +1,4 @@
-"""Writes what SUMO needs to put vehicles on endless loops: vehicle types, routes, rerouters."""
+"""Writes SUMO's input for vehicles on endless loops: vehicle types, routes, rerouters."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
 
 
 def led_off(files: Iterable[Path], vehicles: Iterable[LoopVehicle]) -> dict[str, str]:
-    """Return which of those that drive once a rerouter may lead off their ways, and why, by name.
+    """Return the trips that a rerouter may lead off their ways, with the reason, by name.
 
     It does so where a vehicle comes onto one of its edges: to another end or onto another route, or round
     what it closes farther on.

@@ -1,4 +1,4 @@
-"""Room on the disk for what SUMO itself writes."""
+"""Disk space for SUMO's own output."""
 
 import resource
 import shutil
@@ -27,7 +27,7 @@ class Room:
         self._limit = None if limit == resource.RLIM_INFINITY else limit
 
     def check(self) -> None:
-        """Look at what is left.
+        """Check the space left.
 
         Raises
         ------

@@ -1,1 +1,1 @@
-"""Looks at a run as it goes: deadlocks, collisions and who erred, standing, where everybody is."""
+"""Observes a run: deadlocks, collisions with verdicts, standing vehicles, positions."""

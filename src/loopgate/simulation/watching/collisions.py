@@ -8,7 +8,7 @@ from loopgate.traffic.base import Collision
 
 
 class Collisions:
-    """Tells collisions that begin from those that go on."""
+    """Tells new collisions from collisions that go on."""
 
     def __init__(self) -> None:
         self._under_way: set[tuple[str, str]] = set()

@@ -70,7 +70,7 @@ class FrontRecorder:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left and finish the file; may be called twice."""
+        """Write the remaining rows and finish the file; may be called twice."""
         try:
             self._flush()
         finally:

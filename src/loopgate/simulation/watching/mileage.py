@@ -28,7 +28,7 @@ _COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s"
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """What a vehicle did in the measured time.
+    """The mileage of a vehicle in the measured time.
 
     Attributes
     ----------

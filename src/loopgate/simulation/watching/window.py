@@ -1,4 +1,4 @@
-"""A run in sumo-gui: the view fits the loops, vehicles are coloured by what they do."""
+"""A run in sumo-gui: the view fits the loops, vehicles are coloured by their state."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Shown(Protocol):
 
 
 class Window:
-    """Paints vehicles when what they do changes.
+    """Paints vehicles when their state changes.
 
     Parameters
     ----------
