@@ -33,11 +33,15 @@ from loopgate.drive.track import Track
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 from loopgate.traffic.base import Traffic
+
+_NEVER_FULL = 1 << 30
+"""How many vehicles are taken to fit where vehicles go that arrive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +58,8 @@ class Driven:
     gate_s: float
     free_to_go: int
     """How often a vehicle waited after a step though no rule refused it."""
+    arrived: int
+    """How many vehicles have come to the ends of their ways."""
     on_red: int
     """How often a vehicle crossed a line on red."""
     joined: int
@@ -68,21 +74,13 @@ class Turnover:
     ) -> None:
         self._traffic, self._driving, self._outside, self._every_s = traffic, driving, outside, every_s
         self._insertions = {start.vehicle: start.insertion for start in starts}
-        self._coming: list[Way] = []
         self._next_s = every_s
         self.joined = 0
 
     def step(self) -> None:
-        """Take in who has departed; let one go and one come, if it is time."""
-        departed = set(self._traffic.departed())
-        for way in self._coming:
-            if way.vehicle in departed:
-                self._driving.take_in([way])
-                self.joined += 1
-            else:
-                self._traffic.take_out(way.vehicle)
-                self._outside.append(way)
-        self._coming = []
+        """Let one go and one come, if it is time."""
+        self._outside += self._driving.missed
+        self.joined -= len(self._driving.missed)
         if self._traffic.now_s < self._next_s:
             return
         self._next_s += self._every_s
@@ -92,9 +90,30 @@ class Turnover:
             self._traffic.take_out(vehicle.name)
         fitting = [way for way in self._outside if self._driving.has_room_for(way)]
         for way in fitting[:1]:
-            self._outside.remove(way)
-            self._traffic.put_in(way.vehicle, self._insertions[way.vehicle])
-            self._coming.append(way)
+            if self._driving.let_in(way, self._insertions[way.vehicle]):
+                self._outside.remove(way)
+                self.joined += 1
+
+
+class Trips:
+    """Vehicles that drive to the ends of their ways: each comes in as soon as it is due and has room."""
+
+    def __init__(self, traffic: Traffic, driving: Driving, departures: Sequence[Departure]) -> None:
+        self._traffic, self._driving = traffic, driving
+        self._due = [(one.at_s, way_of(one.track), one.start) for one in departures if one.track]
+        self._by_name = {way.vehicle: (at_s, way, start) for at_s, way, start in self._due}
+
+    def step(self) -> None:
+        """Let those depart who are due, one in each place."""
+        self._due += [self._by_name[way.vehicle] for way in self._driving.missed]
+        taken, now_s = set[str](), self._traffic.now_s
+        for one in [one for one in self._due if one[0] <= now_s]:
+            _, way, start = one
+            state = str(way.legs[way.position].state)
+            if state not in taken and self._driving.has_room_for(way):
+                taken.add(state)
+                if self._driving.let_in(way, start.insertion):
+                    self._due.remove(one)
 
 
 def signals_in(assembly: Assembly, traffic: Traffic) -> dict[str, Signal]:
@@ -149,7 +168,10 @@ def drive(
     rooms = zip(system.states, system.room, system.private, strict=True)
     slots = {str(name): len(system.robots) if own else room for name, room, own in rooms}
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
-    drawn = list({id(way.legs): way.legs for way in ways}.values())
+    later = [one.track for one in assembly.departures if one.track]
+    slots = {**cast("Abstraction", assembly.abstraction).room, **slots} if later else slots
+    slots |= {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
+    drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
     crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
@@ -159,7 +181,7 @@ def drive(
         options = [
             "--net-file",
             str(assembly.network.file),
-            *write_sumo_input(here, folder, later=assembly.starts),
+            *write_sumo_input(here, folder, later=assembly.everybody),
         ]
         options += plain_options(scenario, folder / "log")
         traffic = start_traffic(options, backend="libsumo", log=folder / "log")
@@ -172,6 +194,7 @@ def drive(
             )
             driving = Driving(traffic, layout, ledger)
             driving.take_in(ways[: len(here)])
+            trips = Trips(traffic, driving, assembly.departures)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
             gc.collect()
             gc.freeze()  # what stands already is not looked through again and again
@@ -182,6 +205,7 @@ def drive(
                 if watched:
                     waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
                     free_to_go += sum(not ledger.why_not(v) for v in waiting)
+                trips.step()
                 if turnover_s:
                     turnover.step()
             spent_s = process_time() - began
@@ -194,14 +218,15 @@ def drive(
     laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
     return Driven(
         events=events,
-        findings=[] if turnover_s else audit_events(events, system, laps=laps),
+        findings=[] if turnover_s or later else audit_events(events, system, laps=laps),
         km=driving.driven_m / 1000.0,
-        longest_s=max(waits),
+        longest_s=max([*waits, driving.longest_s]),
         collisions=len(collisions),
         trespasses=ledger.trespasses,
         sumo_s=driving.sumo_s,
         gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,
+        arrived=driving.arrived,
         on_red=driving.lights.on_red,
         joined=turnover.joined,
     )

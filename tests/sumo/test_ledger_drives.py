@@ -83,6 +83,19 @@ def test_were_nobody_kept_at_red_that_would_be_noticed(monkeypatch: pytest.Monke
     assert heart.drive(*town("obey")).on_red
 
 
+def test_vehicles_come_and_drive_to_the_ends_of_their_ways(tmp_path: Path) -> None:
+    ends = [("A0B0", "D4E4"), ("E4D4", "B0A0"), ("A4A3", "E1E0"), ("E0E1", "A3A4")]
+    rows = [
+        f'<trip id="t{n}" depart="{n}" from="{ends[n % 4][0]}" to="{ends[n % 4][1]}"/>' for n in range(100)
+    ]
+    file = tmp_path / "trips.rou.xml"
+    file.write_text(f"<routes>{''.join(rows)}</routes>")
+    scenario = Scenario(network=str(GRID), routes=str(file), duration_s=240, lights="off", seed=1)
+    driven = heart.drive(scenario, assemble(scenario), watched=True)
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    assert driven.arrived > 60
+
+
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(crossings, "_relation", lambda *_: crossings.PAST)
     assert heart.drive(*starts(200)).collisions

@@ -1,4 +1,4 @@
-"""Drives vehicles on closed loops through the ledger: steps, reads, answers, holds and lets go."""
+"""Drives vehicles on their ways through the ledger: steps, reads, answers, holds and lets go."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
-from loopgate.traffic.base import Traffic
+from loopgate.traffic.base import Insertion, Traffic
 
 _GAP_M: Final = 2.5
 """Room to the vehicle ahead for one that comes in [m]."""
@@ -50,7 +50,7 @@ class Way:
 
 
 class Driving:
-    """Vehicles on loops, under the rules of a ledger.
+    """Vehicles on their ways, under the rules of a ledger.
 
     No ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
     missing. All vehicles are read in one go after a step; the rest costs only for vehicles that reached
@@ -78,11 +78,49 @@ class Driving:
         self.lights = Lights(traffic)
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
+        self._coming: list[Way] = []
+        self.missed: list[Way] = []
+        """Those that were to depart in the last step and found no room on the road."""
+        self.arrived = 0
+        """How many vehicles have come to the ends of their paths."""
+        self.longest_s = 0.0
+        """The longest wait of vehicles that have left [s]."""
         self._look_s = 0.0
         self.driven_m = self.sumo_s = 0.0
 
     def take_in(self, ways: Sequence[Way]) -> None:
         """Take vehicles in that are on the road; if others are there, they are last in line."""
+        self._welcome(ways)
+        self._answer(self._traffic.now_s)
+
+    def let_in(self, way: Way, insertion: Insertion) -> bool:
+        """Let a vehicle depart in the next step; `has_room_for` says before whether it may.
+
+        Return whether it can: the simulator puts it in no faster than it can brake for its line.
+        """
+        line = way.legs[way.position].line
+        self._traffic.put_in(way.vehicle, insertion)
+        try:
+            self._traffic.hold(way.vehicle, line.edge, line.lane, line.position_m)
+        except TrafficError:
+            self._traffic.take_out(way.vehicle)
+            return False
+        self._coming.append(way)
+        return True
+
+    def _let_come(self) -> None:
+        """Take in who has departed, before anybody is granted their slots."""
+        departed = set(self._traffic.departed()) if self._coming else set[str]()
+        come = [way for way in self._coming if way.vehicle in departed]
+        self.missed = [way for way in self._coming if way.vehicle not in departed]
+        for way in self.missed:
+            self._traffic.take_out(way.vehicle)
+        self._coming = []
+        self._welcome(come)
+        for way in come:
+            self.ledger.vehicles[way.vehicle].held = True
+
+    def _welcome(self, ways: Sequence[Way]) -> None:
         traffic, first, fronts = self._traffic, len(self._ids), list[float]()
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
             path = self._path(way)
@@ -109,7 +147,6 @@ class Driving:
         self._front = np.append(self._front, fronts)
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
-        self._answer(traffic.now_s)
 
     def has_room_for(self, way: Way) -> bool:
         """Return whether a vehicle may come in at its start: a slot, no circle, and all there before it."""
@@ -132,6 +169,8 @@ class Driving:
         for body in vehicle.bodies[:-1]:
             self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
         self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
+        waits_s = self.ledger.now_s - vehicle.since_s if vehicle.asks else 0.0
+        self.longest_s = max(self.longest_s, vehicle.longest_s, waits_s)
         self.ledger.leave(vehicle)
         self.steering.forget(vehicle)
         self.lights.forget(vehicle)
@@ -148,12 +187,17 @@ class Driving:
         self._traffic.step()
         self.sumo_s += process_time() - began
         now_s = self._traffic.now_s
+        self.ledger.now_s = now_s
+        for name in self._traffic.arrived():
+            if name in self.ledger.vehicles:
+                self.leave(name)
+                self.arrived += 1
+        self._let_come()
         fronts = self._traffic.odometers(self._ids) + self._offset
         moved = fronts - self._front
         self.driven_m += float(moved.sum())
         speeds = moved / self._traffic.step_s
         self._front = fronts
-        self.ledger.now_s = now_s
         for vehicle in look(self.diaries, fronts.tolist(), speeds.tolist(), self.ledger, self.rows):
             self._hold_anew(vehicle)
         for name in self._traffic.halted():

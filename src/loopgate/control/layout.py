@@ -47,7 +47,7 @@ class Layout:
                 self._movements[name].beside = [self._movements[other] for other in exits if other != name]
 
     def path(self, way: Drawings) -> list[Leg]:
-        """Return a closed path along legs."""
+        """Return a path along legs; it is closed if none of them is where vehicles go that arrive."""
         legs = [
             Leg(self.places[drawn.state], number, float(drawn.begin_m), float(drawn.end_m))
             for number, drawn in enumerate(way)
@@ -55,7 +55,7 @@ class Layout:
         for leg, drawn in zip(legs, way, strict=True):
             leg.guided = bool(drawn.guides)
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
-        return joined(legs, closed=True)
+        return joined(legs, closed=not way[-1].away)
 
     def _pass(self, crossing: Crossing, *, first: bool) -> Pass:
         movement, signal = self._movements[crossing.id], self._signals.get(crossing.id)
