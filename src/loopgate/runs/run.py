@@ -40,21 +40,21 @@ class Run:
     summary
         The contents of ``summary.json``.
     events
-        `EVENT_COLUMNS`: what happened to whom, where and when.
+        `EVENT_COLUMNS`: the events of vehicles, with place and time.
     vehicles
-        `VEHICLE_COLUMNS`: what each vehicle did.
+        `VEHICLE_COLUMNS`: a row for each vehicle.
     edges
-        `EDGE_COLUMNS`: how often each edge was visited, and how long vehicles were held there.
+        `EDGE_COLUMNS`: visits of each edge, and hold times there.
     streets
-        `STREET_COLUMNS`: how well every street was watched, those on no loop included; None if not known.
+        `STREET_COLUMNS`: visits and idleness of every street, also on no loop; None if not known.
     scenario
         The contents of ``scenario.toml``; empty where there is none.
     flow
-        `FLOW_COLUMNS`: how many vehicles stand and how far all drive, every ten seconds; may be empty.
+        `FLOW_COLUMNS`: standing vehicles and distance, every ten seconds; may be empty.
     loops
         `LOOP_COLUMNS`: the edges of each loop; empty where there are none.
     folder
-        Where the files are; None if none were kept.
+        The run folder; None if no files were kept.
 
     Examples
     --------

@@ -42,8 +42,8 @@ _LARGEST_SEED = 2**31 - 1  # SUMO's
 class Scenario:
     """Everything that determines a run. The same scenario and versions give the same events.
 
-    Each field says beside it which values it may have; from a file, the command line and Python alike, any
-    other value is refused, and so are a gate or negotiation that is not installed or has no such option.
+    The annotation of each field gives its values. Any other value is refused, from a file, the command line
+    or Python. So is a gate or negotiation that is not installed or has no such option.
 
     Attributes
     ----------
@@ -53,52 +53,51 @@ class Scenario:
     routes
         Route file or ``.sumocfg`` with the closed loops; empty to make random ones.
     stops
-        Additional files, with commas between, that hold the bus stops and the like which route files name;
-        SUMO loads all that is in them, persons too.
+        Additional files, separated by commas, with the bus stops and parking areas of the route files. SUMO
+        loads all of their content, persons too.
     incidents
         TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
     standing
         ``contain``: nobody is let in behind a vehicle that stands long, or onto what is closed, and loops are
         led round it; ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
     starving_s
-        How long a vehicle is granted nothing, and hardly drives, before it counts as starving [s].
+        Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     traffic
-        Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules beside those on loops;
-        empty for none. If it names the configuration that is the network, the loops are random.
+        Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules; empty for none. If it
+        names the configuration that is the network, the loops are random.
     loops
-        How many random loops to make where there is no route file; 0 for one per vehicle, at most 40.
+        Number of random loops if there is no route file; 0 for a loop per vehicle, at most 40.
     loop_length_m
         Shortest and longest random loop [m].
     max_shared
-        Largest share of a random loop's length in zones with others, 0 to 1; 1 for no bound.
+        Largest share of a random loop's length in zones with other loops, 0 to 1; 1 for no bound.
     u_turns
         Whether vehicles on random loops may turn round at junctions.
     loops_seed
         Seed of the random loops.
     vehicles
-        How many vehicles; 0 for one per loop.
+        Number of vehicles; 0 for a vehicle per loop.
     vehicles_per_km
-        Instead: so many for each kilometre of a loop, one at least; 0 for none.
+        Instead: vehicles for each kilometre of a loop, at least one vehicle per loop; 0 if not used.
     on_loops
-        Instead: so many on each of some loops, ``loop0=3,loop4=1``; the others have none.
+        Instead: vehicles on each loop, ``loop0=3,loop4=1``; the other loops have none.
     types
         Types of vehicles with their shares, ``bus=1,car=4``: of the route file, or SUMO's classes. Empty for
-        those that the route file gives to its loops, or cars.
+        the types of the loops in the route file, or cars.
     gate
-        A gate's name, with options behind a colon; ``open`` leaves all to SUMO's right of way, and
-        ``file.py:Name`` is a class or function of your own.
+        A gate's name, with options behind a colon. ``open``: SUMO's right of way rules. ``file.py:Name``: a
+        class or function of your own.
     abstraction
         ``segments`` or ``queues``.
     negotiation
-        A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and
-        ``pressure``, which counts waiting too, on queues.
+        A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and ``pressure``
+        on queues.
     who
-        Which vehicles of a route file that drive their routes once are under the gate: ``all``, ``loops`` for
-        none of them, a vehicle type, or a file with their names; the others are ordinary traffic. Empty for
-        ``all``.
+        The gated vehicles among trips: ``all``, ``loops`` for no trip, a vehicle type, or a file with names.
+        The other trips are ordinary traffic. Empty for ``all``.
     serve_after_s
-        How long a vehicle may wait for a grant before others make room for it [s]; 0 for never. Where the
-        gate promises by the chain rule that everyone goes on.
+        Wait for a grant after which the gate serves the vehicle [s]; 0 for never. For gates that promise by
+        the chain rule that every vehicle goes on.
     decide
         ``central``: one program decides; ``vehicles``, with the options ``range`` [m], ``loss`` and ``delay``
         [s]: vehicles and posts at the road decide slots and the chain rule by messages; ``processes``: the
@@ -106,24 +105,24 @@ class Scenario:
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
-        So that vehicles on a loop are evenly spaced ``hold`` lets those ahead wait some seconds at gates, and
-        ``advice`` tells all how fast to drive; ``none`` does nothing. Empty for ``hold`` where a gate rules
-        and `revisit_s` says that streets are watched, else ``none``.
+        Even spacing of the vehicles on a loop. ``hold``: a vehicle too far ahead waits some seconds at gates.
+        ``advice``: each vehicle is told its speed. ``none``: no spacing. Empty for ``hold`` in a gated run
+        with `revisit_s`, otherwise ``none``.
     starts
-        ``even`` gives vehicles to loops in proportion to the time of a lap, and starts them evenly round it;
-        ``random`` gives each loop as many, and draws where they start, unless the route file says it. Empty
-        for ``even`` where it is said how many vehicles a loop has, else ``random``.
+        ``even``: vehicles in proportion to the time of a lap, evenly round each loop. ``random``: as many
+        vehicles on each loop, at random places, unless the route file gives them. Empty for ``even`` if the
+        number of vehicles of each loop is given, otherwise ``random``.
     revisit_s
-        Time for which no street should go unseen [s], to be told where it did; 0 for none.
+        Longest time between visits promised for each street [s]; 0 for no promise.
     weights
-        File of streets to be seen so many times as often, lines ``EDGE WEIGHT``; empty for all alike.
+        File of lines ``EDGE WEIGHT``: streets to be seen WEIGHT times as often; empty for equal weights.
     districts
-        File of polygons, of each of which it is said how well it was watched; empty for none.
+        File of polygons: the run gives the figures of each district; empty for none.
     duration_s, warmup_s
-        Simulated time that is measured, and before it begins [s].
+        Measured simulated time, and the time before it [s].
     seed
-        Seed of SUMO, of the starting places and of the negotiation. A configuration's seed, step and
-        duration count where a scenario from names and values does not give its own.
+        Seed of SUMO, of the starting places and of the negotiation. A configuration's seed, step and duration
+        hold if the scenario does not give its own.
     step_s
         Length of a simulation step [s]; under a gate at most 1.
     rho_m
@@ -133,14 +132,14 @@ class Scenario:
     on_deadlock
         ``stop``, ``continue`` or ``teleport`` (the latter under ``open`` only).
     deadlock_after_s
-        How long vehicles must have been standing in a circle [s].
+        Time that vehicles must stand in a circle to count as a deadlock [s].
     positions
-        Whether SUMO records where every vehicle is at every step, and the audit checks it.
+        Whether SUMO records the position of every vehicle at every step, for the audit.
     fcd, tripinfo, edgedata
         Whether SUMO writes these outputs into the run folder: ``fcd.xml.gz``, ``tripinfo.xml``,
         ``edgedata.xml``.
     sumo
-        More options for SUMO, as on its command line, by their long names.
+        More options for SUMO, by their long names.
 
     Examples
     --------
