@@ -106,7 +106,7 @@ class Pass:
         ahead_m: float = 0.0,
         signal: Signal | None = None,
         *,
-        first: bool,
+        first: bool = True,
     ) -> None:
         self.movement: Final = movement
         self.ahead_m: Final = ahead_m
