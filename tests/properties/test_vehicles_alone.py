@@ -17,15 +17,17 @@ from loopgate.vehicles.messages import (
     Ask,
     Clear,
     Grant,
+    Here,
     Left,
     Moved,
     Offer,
     Probe,
     Refuse,
+    Room,
     ToPost,
     Why,
 )
-from loopgate.vehicles.post import Post
+from loopgate.vehicles.post import Entry, Post
 from loopgate.vehicles.vehicle import Vehicle
 
 SYSTEMS = 100
@@ -54,6 +56,17 @@ def test_a_vehicle_that_loses_its_memory_goes_on_and_harms_nobody() -> None:
         total += walk_through(seed, loss=0.2, forgets=0.03)
     assert total["forgot"] > 500
     assert {key: total[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+
+
+def test_a_vehicle_that_begins_anew_twice_is_in_the_books_once() -> None:
+    """It left, came round and lost its memory each time, and the post did not hear that it left."""
+    first = Entry(1, 4, 8)
+    post = Post(5, 2, (Entry(1, 2_001, 8),), rears=((1, 4),))
+    assert posts.receive(post, Here(5, 1, 1_000)) == (post, [Room(1, 1_000, 5)])
+    after, out = posts.receive(post, Here(5, 1, 3_000))
+    assert (after.line, after.rears, out) == (post.line, (), [Room(1, 3_000, 5)])
+    both = replace(post, line=(first, *post.line), rears=())
+    assert posts.receive(both, Here(5, 1, 3_000))[0] == after
 
 
 @pytest.mark.parametrize("forgotten", [{"forgot": 0}, {"untold": ()}, {"rears": ()}])

@@ -18,6 +18,7 @@ from loopgate.vehicles.messages import (
     Clear,
     Goes,
     Grant,
+    Here,
     Left,
     Message,
     Moved,
@@ -44,6 +45,7 @@ EACH: list[Message] = [
     Goes(7, 1, 4),
     Moved(3, 1, 4),
     Room(1, 4, 3),
+    Here(3, 1, 4),
     Changed(2, 5, (2, 9)),
 ]
 

@@ -97,8 +97,17 @@ class Left:
 
 
 @dataclass(frozen=True, slots=True)
+class Here:
+    """Vehicle that has begun anew to the post of its place: I am with you once; said until it answers."""
+
+    place: int
+    vehicle: int
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
 class Room:
-    """Post to all around, in answer to `Left`: a slot is free."""
+    """Post to all around, in answer to `Left` or `Here`: a slot is free."""
 
     vehicle: int
     number: int
@@ -140,6 +149,6 @@ class Changed:
     path: tuple[int, ...]
 
 
-ToPost = Ask | Goes | Moved | Left | Probe | Clear | Changed
+ToPost = Ask | Goes | Moved | Left | Here | Probe | Clear | Changed
 ToVehicle = Grant | Refuse | Offer | Room
 Message = ToPost | ToVehicle

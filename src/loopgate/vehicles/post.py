@@ -15,6 +15,7 @@ from loopgate.vehicles.messages import (
     Clear,
     Goes,
     Grant,
+    Here,
     Left,
     Message,
     Moved,
@@ -121,6 +122,8 @@ def receive(post: Post, message: ToPost) -> Answer:
             answer = _then_asked(_moved(post, message.vehicle, message.number))
         case Left():
             answer = _left(post, message)
+        case Here():
+            answer = _stands(post, message)
         case Probe():
             answer = _back(post, message) if message.origin == post.place else _passes(post, message)
         case Clear() if _awaits(post, message.number):
@@ -239,12 +242,31 @@ def _moved(post: Post, vehicle: int, number: int) -> Answer:
 
 def _left(post: Post, left: Left) -> Answer:
     """Take note that a vehicle is out, and say so."""
+    kept = post.kept
+    if kept is not None and kept.vehicle == left.vehicle and kept.entry and kept.entry.number <= left.number:
+        post = replace(post, kept=None)  # it has forgotten that it asked
     after, out = _moved(post, left.vehicle, left.number)
     rears = tuple(r for r in after.rears if r[0] != left.vehicle or r[1] > left.number)
     last = max([left.number, *(number for vehicle, number in post.gone if vehicle == left.vehicle)])
     gone = (*(one for one in post.gone if one[0] != left.vehicle), (left.vehicle, last))
     heard = Room(left.vehicle, left.number, post.place)
     return _then_asked((replace(after, rears=rears, gone=gone), [*out, heard]))
+
+
+def _stands(post: Post, here: Here) -> Answer:
+    """Take out what is older than the entry under which a vehicle stands here, and say so.
+
+    If it has gone on since, under that entry or a later one, there is nothing older that is still here.
+    """
+    mine = [e.number for e in post.line if e.vehicle == here.vehicle and e.number <= here.number]
+    after, out = post, list[Message]()
+    if mine:
+        last = max(mine)
+        after, out = _moved(post, here.vehicle, last - 1)
+        rears = tuple(r for r in after.rears if r[0] != here.vehicle or r[1] >= last)
+        after = replace(after, rears=rears)
+    heard = Room(here.vehicle, here.number, post.place)
+    return _then_asked((after, [*out, heard]))
 
 
 def _awaits(post: Post, number: int) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from loopgate.vehicles.messages import Ask, Goes, Grant, Left, Message, Moved, Room, Stamp
+from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Moved, Room, Stamp
 
 Told = tuple[int, int]
 """A place, and the number under which the vehicle is in the books there."""
@@ -30,7 +30,7 @@ class Vehicle:
     rears
         Places that it has moved on from, and its rear has not left.
     untold
-        Places that it has left, and that have not said that they know.
+        Places that it has left, or in which it has begun anew, and that have not said that they know.
     forgot
         Numbers up to this one it has used before it lost its memory, if it has.
 
@@ -88,6 +88,7 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
             number=grant.number,
             inside=grant.number,
             rears=(*vehicle.rears, (vehicle.place, vehicle.inside)),
+            untold=tuple(one for one in vehicle.untold if one != (vehicle.place, vehicle.forgot - 1)),
         )
         goes = Goes(grant.place, vehicle.id, grant.number)
         return after, [goes, Moved(vehicle.place, vehicle.id, vehicle.inside)]
@@ -116,7 +117,8 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
 
     It takes a number that is ahead of all that it has used; to have moved on or left under that one covers
     all before. Each post of its loop in whose place nothing of it is may still have it in the books: so it
-    says `Left` to all of these, and each takes out what is older than the number.
+    says `Left` to all of these, and each takes out what is older than the number. The post of its own place
+    may have it twice, if it has lost its memory before: so it says `Here`, unless its rear is there too.
 
     Parameters
     ----------
@@ -129,10 +131,18 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
     --------
     >>> car = begin_anew(Vehicle(1, loop=(3, 7, 9), at=1), rears=(3,), number=5000)
     >>> car.rears, car.untold
-    (((3, 5000),), ((9, 5000),))
+    (((3, 5000),), ((7, 4999), (9, 5000)))
+    >>> repeat(car)
+    [Here(place=7, vehicle=1, number=4999), Left(place=9, vehicle=1, number=5000)]
     """
-    here = {vehicle.loop[vehicle.at], *rears}
-    away = tuple((place, number) for place in dict.fromkeys(vehicle.loop) if place not in here)
+    away = tuple(
+        (
+            place,
+            number - (place == vehicle.place),
+        )  # so `Room` for `Here` is none for a later `Left`
+        for place in dict.fromkeys(vehicle.loop)
+        if place not in rears
+    )
     behind = tuple((place, number) for place in rears)
     return replace(vehicle, number=number, inside=number, rears=behind, untold=away, forgot=number)
 
@@ -151,7 +161,14 @@ def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:
 
 def repeat(vehicle: Vehicle) -> list[Message]:
     """Return what it says again, since no post has said that it knows."""
-    return [Left(place, vehicle.id, number) for place, number in vehicle.untold]
+    return [_told(vehicle, place, number) for place, number in vehicle.untold]
+
+
+def _told(vehicle: Vehicle, place: int, number: int) -> Left | Here:
+    """Return what it tells a post: that it has left, or that it is there once."""
+    if (place, number) == (vehicle.place, vehicle.forgot - 1):
+        return Here(place, vehicle.id, number)
+    return Left(place, vehicle.id, number)
 
 
 def heard(vehicle: Vehicle, room: Room) -> Vehicle:

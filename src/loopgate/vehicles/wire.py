@@ -17,6 +17,7 @@ from loopgate.vehicles.messages import (
     Clear,
     Goes,
     Grant,
+    Here,
     Left,
     Message,
     Moved,
@@ -31,7 +32,7 @@ __all__ = ["WireError", "decode", "encode", "pack", "read_answer", "unpack", "wr
 
 _KINDS: dict[str, type[Message]] = {
     kind.__name__.lower(): kind
-    for kind in (Ask, Grant, Refuse, Offer, Goes, Moved, Left, Room, Probe, Clear, Changed)
+    for kind in (Ask, Grant, Refuse, Offer, Goes, Moved, Left, Here, Room, Probe, Clear, Changed)
 }
 _FLAGS = ("holds", "goes", "gives_back", "refused")
 

@@ -122,6 +122,7 @@ class Bridge:
         missing, until = set(numbers), monotonic() + _STARTS_S
         while missing:
             if monotonic() > until or any(self._processes[n].poll() is not None for n in missing):
+                self.close()
                 msg = f"decide processes: the process of vehicle {min(missing)} did not start"
                 raise LoopgateError(msg)
             said, at = self._receive(_AGAIN_S)

@@ -29,6 +29,7 @@ from loopgate.vehicles.messages import (
     Changed,
     Clear,
     Goes,
+    Here,
     Left,
     Message,
     Moved,
@@ -260,7 +261,7 @@ class DecisionsByMessages:
 
     def _comes(self, at_s: float, event: _Event) -> None:
         self._clock_s = max(self._clock_s, at_s)
-        if isinstance(event, Ask | Goes | Moved | Left | Probe | Clear | Changed):
+        if isinstance(event, Ask | Goes | Moved | Left | Here | Probe | Clear | Changed):
             self._comes_to_post(event)
         elif isinstance(event, _Patience):
             self._out_of_patience(event)
@@ -348,7 +349,7 @@ class DecisionsByMessages:
 
     def _say_as(self, number: int, out: Sequence[Message]) -> None:
         """Send what a vehicle says; remind it, after a while, of what it has left."""
-        if number not in self._repeating and any(isinstance(message, Left) for message in out):
+        if number not in self._repeating and any(isinstance(message, Left | Here) for message in out):
             self._repeating.add(number)
             self._air.wake(self._clock_s + self._patience_s, _Mind(number, heard=False))
         self.radio.say_as(number, out, self._clock_s)

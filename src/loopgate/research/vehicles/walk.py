@@ -16,6 +16,7 @@ from loopgate.vehicles.messages import (
     Clear,
     Goes,
     Grant,
+    Here,
     Left,
     Message,
     Moved,
@@ -149,7 +150,7 @@ class Walk:
         self._say(out, place)
 
     def _comes(self, message: Message, *, back: bool) -> None:
-        if isinstance(message, Ask | Goes | Moved | Left | Probe | Clear | Changed):
+        if isinstance(message, Ask | Goes | Moved | Left | Here | Probe | Clear | Changed):
             self._comes_to_post(message)
         elif isinstance(message, Room):
             self.vehicles[message.vehicle] = cars.heard(self.vehicles[message.vehicle], message)

@@ -18,6 +18,7 @@ from loopgate.vehicles.messages import (
     Clear,
     Goes,
     Grant,
+    Here,
     Left,
     Message,
     Moved,
@@ -162,7 +163,7 @@ def _come(
     world: World, message: Message, name: tuple[object, ...], receive: Receive, *, seen: bool
 ) -> Iterator[Step]:
     """Yield what can become of a message that comes."""
-    if isinstance(message, Ask | Goes | Moved | Left | Probe | Clear | Changed):
+    if isinstance(message, Ask | Goes | Moved | Left | Here | Probe | Clear | Changed):
         after, out = receive(world.posts[message.place], message)
         yield Step(("comes", *name), tidy(_said(_with_post(world, after), out)))
         return
@@ -198,7 +199,11 @@ def _see(world: World, car: Vehicle, *, grant: Grant, receive: Receive) -> World
 
 
 def _name(message: Message) -> tuple[object, ...]:
-    to = message.place if isinstance(message, Ask | Goes | Moved | Left | Probe | Clear | Changed) else -1
+    to = (
+        message.place
+        if isinstance(message, Ask | Goes | Moved | Left | Here | Probe | Clear | Changed)
+        else -1
+    )
     return type(message).__name__, to, getattr(message, "vehicle", _origin(message))
 
 
@@ -230,7 +235,7 @@ def _with_car(world: World, car: Vehicle) -> World:
     return replace(world, vehicles=(*world.vehicles[: car.id], car, *world.vehicles[car.id + 1 :]))
 
 
-_NUMBERED: Final = (Ask, Grant, Refuse, Goes, Moved, Left, Room)
+_NUMBERED: Final = (Ask, Grant, Refuse, Goes, Moved, Left, Here, Room)
 
 
 def tidy(world: World) -> World:
