@@ -1,7 +1,6 @@
-"""Robots as agents, with messages only: Algorithm 2 as Zhou et al. 2020 mean it, and the certified gate."""
+"""Robots as agents, with messages only: Algorithm 2 as Zhou et al. 2020 mean it."""
 
 from loopgate.research.agents.agent import Outcome
-from loopgate.research.agents.certified import components, part, run_certified_agents
 from loopgate.research.agents.decision import Sensing, decide_by_messages
 from loopgate.research.agents.messages import Kind
 from loopgate.research.agents.network import Link
@@ -12,9 +11,6 @@ __all__ = [
     "Link",
     "Outcome",
     "Sensing",
-    "components",
     "decide_by_messages",
-    "part",
     "run_agents",
-    "run_certified_agents",
 ]

@@ -5,7 +5,6 @@ from enum import StrEnum
 
 from loopgate.gates.circuits import Circuit
 from loopgate.gates.walks import Walk
-from loopgate.model import Configuration
 
 
 class Kind(StrEnum):
@@ -27,18 +26,6 @@ class Kind(StrEnum):
     """The winner asks everybody to stand still for this round."""
     AGREE = "agree"
     """A robot agrees, to one robot a round."""
-    ASK = "ask"
-    """Certified: a robot asks the coordinator for its next move, and so shows that it is there."""
-    ELECT = "elect"
-    """Certified: a robot that misses the coordinator wants to take over."""
-    VOTE = "vote"
-    """Certified: a robot agrees to that, and says what it has accepted last."""
-    PROPOSE = "propose"
-    """Certified: the coordinator makes the next entry known, with its witness."""
-    ACCEPT = "accept"
-    """Certified: a robot has checked the entry and keeps it."""
-    DONE = "done"
-    """Certified: the robot that was granted a move has made it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,34 +79,7 @@ class Claim:
     delay: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """The data on which the robots of a component agree."""
-
-    version: int
-    term: int
-    """`version` and `term`: number of the entry, and of the coordinator's term in which it was proposed."""
-    configuration: Configuration
-    """Where the robots stand once ``mover`` has made its move."""
-    mover: int = -1
-    """The robot that moves; -1 for none."""
-    broken: frozenset[int] = frozenset()
-    lost: tuple[int, ...] = ()
-    """`broken` and `lost`: robots that have broken down for good, and states in which one of them may still
-    stand as well."""
-    witness: tuple[int, ...] = ()
-    """Moves that bring everybody home from there; empty once somebody has broken down."""
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """A message of the certified agents: the term it belongs to, and an entry where it is about one."""
-
-    term: int
-    entry: Entry | None = None
-
-
-Payload = Visit | Circuits | Question | Verdict | Claim | Note
+Payload = Visit | Circuits | Question | Verdict | Claim
 
 
 @dataclass(frozen=True, slots=True)

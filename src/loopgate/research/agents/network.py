@@ -56,10 +56,6 @@ class MessageNetwork:
         """Give `robot` its mailbox."""
         self._receivers[robot] = receive
 
-    def disconnect(self, robot: int) -> None:
-        """Take `robot` off the network: it has failed, or is out of reach; what is sent to it is lost."""
-        self._receivers.pop(robot, None)
-
     def send(self, kind: Kind, sender: int, receiver: int, payload: Payload) -> int:
         """Send a message; return its number."""
         self._numbers += 1
