@@ -244,14 +244,17 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             if drawn:
                 each["on_deadlock"] = "stop"
             end_s = begin_s + most_s
-            file = config(net, routes, begin_s, end_s, folder / f"{name.replace(' ', '_')}-{seed}.sumocfg")
+            called = name.replace(",", "").replace(" ", "_")  # SUMO takes a comma for the end of a name
+            file = config(net, routes, begin_s, end_s, folder / f"{called}-{seed}.sumocfg")
             for rule in given.rules:
                 if rule not in beside:
                     continue
                 used = file
                 if kind := SWITCHING.get(rule):
-                    more = other_lights(net, kind, folder / f"{name}-{kind}.add.xml")
-                    used = config(net, routes, begin_s, end_s, folder / f"{name}-{kind}-{seed}.sumocfg", more)
+                    more = other_lights(net, kind, folder / f"{called}-{kind}.add.xml")
+                    used = config(
+                        net, routes, begin_s, end_s, folder / f"{called}-{kind}-{seed}.sumocfg", more
+                    )
                 yield (
                     name,
                     rule,
@@ -261,7 +264,7 @@ def planned(given: argparse.Namespace, folder: Path) -> Iterator[tuple[str, str,
             for share in given.shares:
                 rule = {**RULES["gate, lights obeyed"], "on_deadlock": "continue"}
                 if share < EVERYONE:
-                    rule["who"] = str(some_of(routes, share, seed, folder / f"{name}-{share}-{seed}.txt"))
+                    rule["who"] = str(some_of(routes, share, seed, folder / f"{called}-{share}-{seed}.txt"))
                 yield (
                     name,
                     f"{share} in 100 under the gate",

@@ -19,6 +19,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import pandas as pd
+from frame_table import frame_table
+from rich.console import Console
 
 from loopgate import Scenario
 from loopgate.cli.progress import show_progress
@@ -122,8 +124,17 @@ def main() -> None:
                     print(json.dumps(rows[-1]), flush=True)
             report(number + 1)
     table = pd.DataFrame(rows)
-    told = table.groupby(["network", "share", "minutes", "rule"])[["kept", "starving", "collisions"]]
-    print(told.mean().round(3).to_markdown())
+    each = table.groupby(["network", "share", "minutes", "rule"], sort=False)
+    told = each.agg(
+        vehicles=("vehicles", "first"),
+        kept=("kept", "mean"),
+        least=("kept", "min"),
+        starving=("starving", "mean"),
+        collisions=("collisions", "sum"),
+        trespasses=("trespasses", "sum"),
+    ).reset_index()
+    columns = {name: str(name) for name in told.columns}
+    Console(width=120).print(frame_table(told.round(3), columns, title="Kilometres of all others"))
     if args.write:
         OUT.write_text(table.to_json(orient="records", indent=1) + "\n", encoding="utf-8")
 
