@@ -9,7 +9,7 @@ import libsumo
 import pytest
 
 import loopgate
-from loopgate.errors import TrafficError
+from loopgate.errors import ScenarioError, TrafficError
 
 pytestmark = pytest.mark.sumo
 
@@ -169,3 +169,52 @@ def test_a_simulation_that_is_closed_or_goes_back_in_time(gate: loopgate.Attache
     libsumo.close()
     with pytest.raises(TrafficError):
         gate.after_step()
+
+
+@pytest.mark.parametrize("named", [False, True])
+def test_vehicles_are_led_round_one_that_stands(gate: loopgate.Attached, *, named: bool) -> None:
+    """Nobody is let in behind it, whether its owner names it or has set a long stop; then all go back."""
+    routes, ahead = [set(get.getRoute(vehicle)) for vehicle in IDS], get.getRouteIndex("v1") + 2
+    street = max(get.getRoute("v1")[ahead : ahead + 6], key=lambda edge: sum(edge in some for some in routes))
+    get.setStop("v1", street, pos=50.0, duration=60.0 if named else 400.0)
+    while not get.isStopped("v1") or get.getRoadID("v1") != street:
+        steps(gate, 1)
+    assert get.isStopped("v1")
+    if named:
+        get.setSpeed("v1", 0.0)
+        gate.block("v1")
+    steps(gate, 150)
+    standing, driven_m = gate.summary["standing"], get.getDistance("v1")
+    assert ("breakdown" if named else "stop", "v1") in {(o["why"], o["vehicle"]) for o in standing["blocked"]}
+    assert standing["led_round"] > 0
+    if named:
+        get.setSpeed("v1", -1.0)
+        gate.free("v1")
+    else:
+        get.resume("v1")
+    steps(gate, 100)
+    assert get.getDistance("v1") > driven_m + 100.0
+    assert all(one["to_s"] for one in gate.summary["standing"]["blocked"])
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_vehicles_are_led_round_a_street_that_is_told_to_be_closed(gate: loopgate.Attached) -> None:
+    """Lanes and edges by name; nobody drives there until it is free."""
+    street = get.getRoute("v1")[get.getRouteIndex("v1") + 3]
+    gate.block(street)
+    steps(gate, 60)
+    drove_there = False
+    for _ in range(150):
+        steps(gate, 1)
+        drove_there |= street in {get.getRoadID(vehicle) for vehicle in gate.vehicles}
+    assert not drove_there
+    assert gate.summary["standing"]["led_round"] > 0
+    gate.free(street)
+    assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_what_is_blocked_has_to_be_known(gate: loopgate.Attached) -> None:
+    with pytest.raises(ScenarioError, match=r"C2C11: no vehicle under the gate.*did you mean 'C2C1'"):
+        gate.block("v1", "C2C11")
+    with pytest.raises(ScenarioError, match="v1: it is not blocked"):
+        gate.free("v1")

@@ -6,19 +6,17 @@ from collections import defaultdict
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, Protocol
 
 from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.codes import NOTHING, STOPPING
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track
 from loopgate.gates.certified.crowding import SPARE, find_crowd
+from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.demand.detours import stands_long
-from loopgate.simulation.fleet.stops import Stops
-from loopgate.simulation.rerouting import TurnOff
-from loopgate.simulation.ways_round import WaysRound
+from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
 
 _EVERY_S = 1.0
@@ -53,6 +51,24 @@ class Blocked:
         }
 
 
+class Standing(Protocol):
+    """What stands: closed streets, vehicles that have broken down, vehicles at long stops."""
+
+    @property
+    def incidents(self) -> Incidents:
+        """The closures and breakdowns."""
+
+    @property
+    def brakes(self) -> bool:
+        """Whether a vehicle that breaks down has to be told to stand."""
+
+    def at_long_stop(self) -> list[str]:
+        """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
+
+    def keeps_loop(self, vehicle: str) -> bool:
+        """Return whether a vehicle has stops of its own, and so has to stay on its loop."""
+
+
 class Containment:
     """Shuts the places in which something stands, and leads vehicles on loops through them round it.
 
@@ -66,8 +82,10 @@ class Containment:
 
     Parameters
     ----------
-    assembly, stops
-        The vehicles, their stops, what happens to them, and the loops round.
+    standing
+        What stands.
+    ways
+        The loops, and the loops round what may stand on them.
     waits
         Whether vehicles wait behind one that stands; what is closed is shut all the same.
     gated
@@ -76,23 +94,23 @@ class Containment:
 
     def __init__(
         self,
-        assembly: Assembly,
+        standing: Standing,
+        ways: WaysRound,
         traffic: Traffic,
         engine: ChangingEngine,
         recorder: Recorder,
-        stops: Stops,
         *,
         waits: bool = False,
         gated: bool = True,
     ) -> None:
-        self._incidents, self._traffic, self._engine = assembly.incidents, traffic, engine
+        self._standing, self._traffic, self._engine = standing, traffic, engine
         self._recorder = recorder
         self.broken: set[str] = set()
         """The vehicles that have broken down."""
-        self._stops, self._waits, self._gated = stops, waits, gated
-        self._fixed = dict.fromkeys(assembly.stops)
-        """Vehicles with stops stay on their loops: their stops are places of these."""
-        self._ways = WaysRound(assembly)
+        self._at_stops: frozenset[str] = frozenset()
+        """The vehicles at long stops."""
+        self._waits, self._gated = waits, gated
+        self._ways = ways
         self._still_s: dict[str, float] = {}
         """Since when vehicles stand that are in more than one place [s]."""
         self._stuck: set[str] = set()
@@ -108,6 +126,10 @@ class Containment:
         """The turns that vehicles took, by name."""
         self._no_way: dict[str, None] = {}
         """Loops that no way led round what stood."""
+
+    def go_by(self, ways: WaysRound) -> None:
+        """Lead vehicles by other ways from now on."""
+        self._ways = ways
 
     def look(self) -> None:
         """Stop what breaks down, shut what is blocked, and lead vehicles round it; call in each step."""
@@ -126,20 +148,26 @@ class Containment:
     def _break_down(self, now: float) -> None:
         before = frozenset(self.broken)
         self.broken.clear()
-        self.broken.update(one.vehicle for one in self._incidents.broken_at(now))
+        self.broken.update(one.vehicle for one in self._standing.incidents.broken_at(now))
         for vehicle in sorted((before | self.broken) & self._engine.driver_of.keys()):
-            self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
+            stands = vehicle in self.broken
+            if self._gated:  # else it would be granted a crossing, and stand there in everyone's way
+                self._engine.driver_of[vehicle].row["withheld"] = STOPPING if stands else NOTHING
+            if self._standing.brakes:
+                self._traffic.keep_to(vehicle, 0.0 if stands else None)
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
-        for closure in self._incidents.closed_at(now):
+        for closure in self._standing.incidents.closed_at(now):
             places = self._ways.on_lane[closure.lane] if closure.lane else self._ways.on_edge[closure.edge]
             for place in sorted(places):
                 yield place, (CLOSED, "")
         if self._waits:
             return
+        at_stops = self._standing.at_long_stop()
+        self._at_stops = frozenset(at_stops)
         standing = [(vehicle, BROKEN) for vehicle in sorted(self.broken)]
-        standing += [(vehicle, STOPS) for vehicle in self._fixed if self._at_long_stop(vehicle)]
+        standing += [(vehicle, STOPS) for vehicle in at_stops]
         standing += [(vehicle, TRAPPED) for vehicle in self._trapped(now, any_stands=bool(standing))]
         for vehicle, why in standing:
             driver = self._engine.driver_of.get(vehicle)
@@ -157,10 +185,6 @@ class Containment:
         ]
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
         return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
-
-    def _at_long_stop(self, vehicle: str) -> bool:
-        stop = self._stops.making(vehicle)
-        return stop is not None and stands_long(stop)
 
     def _note(self, found: Mapping[str, tuple[str, str]], now: float) -> None:
         for place in [place for place in self.blocked if place not in found]:
@@ -209,7 +233,9 @@ class Containment:
     def _has_way(self, driver: Driver) -> bool:
         """Return whether a vehicle can go on by some way."""
         ways = self._ways.others(driver)
-        return driver.id not in self._fixed and any(self._ways.free_legs(track, at) > 0 for track, at in ways)
+        return not self._standing.keeps_loop(driver.id) and any(
+            self._ways.free_legs(track, at) > 0 for track, at in ways
+        )
 
     def _lead(self) -> None:
         """Lead vehicles on by the ways on which nothing is blocked, or is farthest."""
@@ -226,7 +252,7 @@ class Containment:
                 continue
             best, track, position = now, driver.track, 0
             for other, at in self._ways.others(driver):
-                if vehicle in self._fixed and other is not own:
+                if other is not own and self._standing.keeps_loop(vehicle):
                     continue
                 free = self._ways.free_legs(other, at)
                 back = free == inf and other is own and driver.track.loop != other.loop
@@ -256,7 +282,7 @@ class Containment:
         """Return why a vehicle stands, if it has broken down or is at a long stop; else an empty text."""
         if vehicle in self.broken:
             return BROKEN
-        return STOPS if vehicle in self._fixed and self._at_long_stop(vehicle) else ""
+        return STOPS if vehicle in self._at_stops else ""
 
     def reason(self, vehicle: str) -> str:
         """Return why a vehicle stands, or why the place is blocked that it waits for; else an empty text."""

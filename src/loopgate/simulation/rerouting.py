@@ -13,6 +13,7 @@ from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track, continues
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
 _SAMPLE_EVERY_S = 10.0
@@ -22,15 +23,6 @@ _SAMPLES = 18
 _LEAST_MPS = 0.1
 _MOST_TURNS = 20
 """So often a vehicle is led another way at most: each way ends, so everyone arrives."""
-
-
-@dataclass(frozen=True, slots=True)
-class TurnOff:
-    """A vehicle went on by another way: from which leg of the one it was on, which way, from which of its."""
-
-    leg: int
-    way: str
-    position: int
 
 
 @dataclass(frozen=True, slots=True)

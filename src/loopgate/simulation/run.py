@@ -33,6 +33,7 @@ from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, drive
 from loopgate.simulation.outcome import Folder
 from loopgate.simulation.plain_run import run_plainly
+from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
@@ -354,8 +355,9 @@ def _containment(
 ) -> Containment | None:
     if not assembly.contains:
         return None
-    waits = scenario.standing == "wait"
-    return Containment(assembly, traffic, engine, recorder, stops, waits=waits, gated=scenario.gated)
+    standing = PlannedStanding(assembly.incidents, stops, assembly.stops)
+    waits, ways = scenario.standing == "wait", find_ways_round(assembly)
+    return Containment(standing, ways, traffic, engine, recorder, waits=waits, gated=scenario.gated)
 
 
 def _spacing(

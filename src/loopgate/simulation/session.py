@@ -22,12 +22,13 @@ from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.mishaps import is_clean, mishaps
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.rerouting import Rerouting, TurnOff
+from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table
 from loopgate.simulation.watching.trips import Trip, gated_trips, read_trips, trip_figures
 from loopgate.simulation.watching.watch import Watch
+from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
 _ON_SEGMENTS = (

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
 from loopgate.network.loop import AWAY_M
-from loopgate.simulation.rerouting import TurnOff
+from loopgate.simulation.ways_round import TurnOff
 
 _ROUNDING_M = 1e-6
 

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
 from math import inf
 
 from loopgate.abstraction.itinerary import Leg
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track, continues
-from loopgate.simulation.assembly import Assembly
+from loopgate.network import Edge
 
 _SAME_M = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class TurnOff:
+    """A vehicle went on by another way: from which leg of its own, which way, and from which leg of that."""
+
+    leg: int
+    way: str
+    position: int
 
 
 class WaysRound:
@@ -20,18 +30,21 @@ class WaysRound:
 
     Parameters
     ----------
-    assembly
-        The vehicles, and the loops round what may stand.
+    roads
+        The edges of the network, by name.
+    every
+        A track on each loop, and on each detour.
+    own
+        By the name of each detour the loop that it is a detour of.
     """
 
-    def __init__(self, assembly: Assembly) -> None:
-        self._roads = assembly.network.edges
-        every = [*assembly.tracks, *(d.track for d in assembly.departures if d.track is not None)]
-        tracks = {track.loop: [track] for track in every if track.rounds}
-        for one in assembly.other_ways:
-            if one.track is not None and one.track.loop in assembly.detours:
-                tracks[assembly.detours[one.track.loop]].append(one.track)
-        self._ways = tracks | {detour: tracks[own] for detour, own in assembly.detours.items()}
+    def __init__(self, roads: Mapping[str, Edge], every: Iterable[Track], own: Mapping[str, str]) -> None:
+        self._roads = roads
+        rounds = {track.loop: track for track in every if track.rounds}
+        tracks = {loop: [track] for loop, track in rounds.items() if loop not in own}
+        for detour in (one for one in own if one in rounds):
+            tracks[own[detour]].append(rounds[detour])
+        self._ways = tracks | {detour: tracks[loop] for detour, loop in own.items()}
         self._shut: frozenset[str] = frozenset()
         self._stuck: frozenset[str] = frozenset()
         self._free: dict[tuple[str, int], float] = {}

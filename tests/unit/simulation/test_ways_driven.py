@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
-from loopgate.simulation.rerouting import TurnOff
 from loopgate.simulation.ways_driven import as_driven
+from loopgate.simulation.ways_round import TurnOff
 
 
 def way(*edges: str) -> LoopWay:

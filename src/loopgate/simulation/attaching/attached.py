@@ -19,6 +19,7 @@ from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening
+from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.fleet.fleet import Fleet, Rules
@@ -205,6 +206,33 @@ class Attached:
         for vehicle in vehicles:
             self._send_home(vehicle)
 
+    def block(self, *names: str) -> None:
+        """Say what stands for good: no vehicle is let in there, and vehicles are led round it.
+
+        A vehicle that stands on the road at a stop for more than 300 s needs not be named.
+
+        Parameters
+        ----------
+        names
+            Vehicles under the gate that have broken down, edges or lanes that are closed.
+
+        Raises
+        ------
+        LoopgateError
+            If one is none of these; then none is blocked.
+        """
+        self._contained.block(names)
+
+    def free(self, *names: str) -> None:
+        """Say that what was blocked is so no longer: vehicles go back to their loops.
+
+        Raises
+        ------
+        LoopgateError
+            If one was not blocked; then none is freed.
+        """
+        self._contained.free(names)
+
     def _send_home(self, vehicle: str) -> None:
         """Let the vehicle's route end where it ended before it came under the gate."""
         with suppress(TrafficError, *self._sumo.error):
@@ -357,6 +385,7 @@ class Attached:
             "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
             "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
             "starving": [sink.figures() for sink in self._hunger.sinks.values()],
+            **self._contained.report(),
             **promise_figures(keeper),
             "decisions": times.count,
             "refusals": dict(sorted(keeper.refusals.items())),
@@ -368,12 +397,21 @@ class Attached:
         self._recorder = EventFeed(self._folder)
         self._stack.callback(self._recorder.close)
         settings = self._settings
-        rules = Rules(settings["gate"], self._negotiation, lights=settings["lights"] == "obey")
+        obeyed = settings["lights"] == "obey"
+        rules = Rules(settings["gate"], self._negotiation, lights=obeyed, expects=True)
         self._made = JoiningQueue(self._network, self._traffic, self._recorder, rules)
         fleet = self._made.fleet
         fleet.on_leaving = self._count
+        contained = OwnersContainment(self._sumo, self._network, self._recorder, self._made)
+        self._contained, self._made.before_asking = contained, contained.look
         self._hunger = StarvationWatch(
-            fleet.engine, fleet.keeper, self._traffic, self._recorder, after_s=self._starving_s
+            fleet.engine,
+            fleet.keeper,
+            self._traffic,
+            self._recorder,
+            after_s=self._starving_s,
+            stands=contained.why,
+            reason=contained.reason,
         )
         self._watch = Watch(
             self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)

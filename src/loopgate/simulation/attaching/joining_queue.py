@@ -1,7 +1,7 @@
 """Vehicles of an owner's simulation join the gate, are changed by the owner, and leave."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
-from loopgate.network import RoadNetwork
+from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
@@ -21,6 +21,9 @@ GONE = "gone"
 
 _AGAIN_S = 1.0
 """A newcomer that was refused is looked at again after this time [s]."""
+
+_SETTLES_S = 60.0
+"""For ways round what stands vehicles are held up for so long at most [s]."""
 
 _LONGER_M = 0.01
 
@@ -53,6 +56,10 @@ class JoiningQueue:
         self._engine = self.fleet.engine
         self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
+        self._spare: tuple[Plan | None, float] = None, math.inf
+        """The next plan without the ways that were laid last, and when it comes if nobody settles [s]."""
+        self.before_asking: Callable[[], None] = lambda: None
+        """Called in each step before vehicles ask."""
         self.mended = 0
         """How often the line of a place was not in the order on the road."""
 
@@ -68,6 +75,28 @@ class JoiningQueue:
         if plan is not self.plan:
             self._next = plan
         self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
+
+    @property
+    def coming(self) -> Plan | None:
+        """The plan that vehicles will drive by as soon as they can."""
+        return self._next
+
+    def lay(self, ways: Sequence[tuple[Loop, VehicleType]], *, all_settle: bool) -> bool:
+        """Lay more ways; return whether they are laid, now or when all vehicles have settled.
+
+        Parameters
+        ----------
+        all_settle
+            Whether every vehicle can come to hold one place only. Where one cannot, ways are laid only if
+            places and what lies between them stay as they are.
+        """
+        before = self._next or self.plan
+        plan = before.extended(ways)
+        if not all_settle and not plan.goes_on_with(before):
+            return False
+        self._spare = None if before is self.plan else before, self._traffic.now_s + _SETTLES_S
+        self._next = plan
+        return True
 
     def drop(self, vehicles: Iterable[str], reason: str) -> None:
         """Let vehicles go, whether they are under the gate or wait to be."""
@@ -85,6 +114,7 @@ class JoiningQueue:
             self._heed_dynamics()
             self._heed_speeds(self._engine.vehicles)
             self._heed_stops()
+            self.before_asking()
             self._engine.after_step()
             self.mended += self._engine.mend_order()
         self._take_in()
@@ -186,6 +216,11 @@ class JoiningQueue:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
         goes_on = not self._members or plan.goes_on_with(self.plan)
         if not goes_on and not self._engine.settled:
+            other, until_s = self._spare
+            if self._traffic.now_s >= until_s:  # somebody stands who cannot
+                self._next, self._spare = other, (other, math.inf)
+                self._engine.vehicles["withheld"] = NOTHING
+                return False
             self._engine.vehicles["withheld"] = TRAFFIC  # newcomers are no more than that so far
             return False
         self._engine.vehicles["withheld"] = NOTHING
@@ -193,7 +228,7 @@ class JoiningQueue:
             newcomer.let_go(self._traffic)
         if not goes_on:
             self._rejoin(list(self._members), "another plan")
-        self._next, self.plan = None, plan
+        self._next, self._spare, self.plan = None, (None, math.inf), plan
         self.fleet.drive_by(plan.itineraries, plan.tracks, plan.room)
         return True
 

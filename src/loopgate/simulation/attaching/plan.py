@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.places import QueuePlace
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.drive.track import Track, make_track
 from loopgate.network import Loop, RoadNetwork, VehicleType
@@ -64,10 +65,15 @@ class Plan:
         """
         before, now = earlier.layout, self.layout
         movements = {c.id for way in earlier.itineraries for leg in way.legs for c in leg.crossings}
-        return all(now.places.get(name) == place for name, place in before.places.items()) and all(
+        return all(_as_before(now.places.get(name), place) for name, place in before.places.items()) and all(
             _among(movements, way.legs) == _among(movements, now.itineraries[name].legs)
             for name, way in before.itineraries.items()
         )
+
+
+def _as_before(now: QueuePlace | None, before: QueuePlace) -> bool:
+    """Return whether a place lies where it lay, and holds as many vehicles: others may visit it besides."""
+    return now is not None and (now.length_m, now.capacity) == (before.length_m, before.capacity)
 
 
 def _among(movements: set[str], legs: tuple[Leg, ...]) -> list[Leg]:

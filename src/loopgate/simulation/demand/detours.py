@@ -151,14 +151,39 @@ def find_detours(
     RefusedLoopError
         If a loop of the vehicles themselves does not work as queues.
     """
+    return find_detours_round(network, vehicles, _avoided(network, vehicles, incidents), beside)
+
+
+def find_detours_round(
+    network: RoadNetwork,
+    vehicles: Sequence[LoopVehicle],
+    each: Iterable[AbstractSet[str]],
+    beside: Sequence[LoopVehicle] = (),
+) -> FoundDetours:
+    """Return the loops round each of some sets of edges, without those that do not work as queues.
+
+    Parameters
+    ----------
+    vehicles
+        One at least on each loop, of each type.
+    each
+        The sets of edges to be avoided.
+    beside
+        All others that are laid out with them.
+
+    Raises
+    ------
+    RefusedLoopError
+        If a loop of the vehicles themselves does not work as queues.
+    """
     finders: dict[str, Detours] = {}
     taken = {v.loop.id for v in (*vehicles, *beside)}
     found: dict[tuple[str, str], LoopVehicle] = {}
     own: dict[str, str] = {}
     names: dict[tuple[str, tuple[str, ...]], str] = {}
-    each = {(v.loop.id, v.type.id): v for v in vehicles}.values()
-    for avoided in _avoided(network, vehicles, incidents):
-        for v in each:
+    users = {(v.loop.id, v.type.id): v for v in vehicles}.values()
+    for avoided in each:
+        for v in users:
             if avoided.isdisjoint(v.loop.edges):
                 continue
             if v.type.vclass not in finders:
@@ -188,9 +213,7 @@ def _avoided(
 
     A vehicle that breaks down may stand on the junction before an edge: then all edges into that are avoided.
     """
-    into: dict[str, set[str]] = {}
-    for road in network.edges.values():
-        into.setdefault(road.to_junction, set()).add(road.id)
+    into = edges_into(network)
     by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
     sets: dict[frozenset[str], None] = {frozenset((one.edge,)): None for one in incidents.closures}
     changes = {time for one in incidents.closures for time in (one.from_s, one.to_s)}
@@ -210,6 +233,14 @@ def _avoided(
             if stands_long(stop):
                 sets[frozenset((stop.edge,))] = None
     yield from sets
+
+
+def edges_into(network: RoadNetwork) -> Mapping[str, AbstractSet[str]]:
+    """Return the edges that lead into each junction."""
+    into: dict[str, set[str]] = {}
+    for road in network.edges.values():
+        into.setdefault(road.to_junction, set()).add(road.id)
+    return into
 
 
 def stands_long(stop: Stop) -> bool:

@@ -1,7 +1,7 @@
 """Stops in every round of a loop; SUMO gets them one round ahead."""
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -236,10 +236,11 @@ class Stops:
         way.missed += 1
         self._recorder.note(self._traffic.now_s, way.driver.id, Event.MISSED, way.stops[number].name)
 
-    def making(self, vehicle: str) -> Stop | None:
-        """Return the stop at which a vehicle stands."""
-        way = self._ways.get(vehicle)
-        return way.stops[way.ahead[0].number] if way is not None and way.since_s is not None else None
+    def made_now(self) -> Iterator[tuple[str, Stop]]:
+        """Yield the vehicles that stand at a stop, each with that stop."""
+        for vehicle, way in self._ways.items():
+            if way.since_s is not None:
+                yield vehicle, way.stops[way.ahead[0].number]
 
     def of(self, vehicle: str) -> Made:
         """Return the figures of the stops of a vehicle."""

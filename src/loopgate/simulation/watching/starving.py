@@ -162,7 +162,7 @@ class StarvationWatch:
         queue, seen = deque([robot]), {robot}
         while queue:
             one = queue.popleft()
-            ahead = self._ahead(one)
+            ahead = [] if self._stands(ids[one]) else self._ahead(one)
             if len(ahead) >= everyone > 1:
                 continue  # the gate keeps it for the sake of all
             if not ahead and now - self._stood[ids[one]][1] >= _STANDS * self._after_s:

@@ -1,0 +1,49 @@
+"""What stands in a run as its files say: incidents, and the stops of its vehicles."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+
+from loopgate.network.incidents import Incidents
+from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.demand.detours import stands_long
+from loopgate.simulation.fleet.stops import Stops
+from loopgate.simulation.ways_round import WaysRound
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedStanding:
+    """What stands in a run.
+
+    Attributes
+    ----------
+    incidents
+        The closures and breakdowns.
+    stops
+        The stops as they are made.
+    fixed
+        The vehicles that have stops.
+    brakes
+        A vehicle that breaks down has to be told to stand.
+    """
+
+    incidents: Incidents
+    stops: Stops
+    fixed: Container[str]
+    brakes: bool = True
+
+    def at_long_stop(self) -> list[str]:
+        """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
+        return [vehicle for vehicle, stop in self.stops.made_now() if stands_long(stop)]
+
+    def keeps_loop(self, vehicle: str) -> bool:
+        """Return whether a vehicle has stops of its own: its stops are places of its loop."""
+        return vehicle in self.fixed
+
+
+def find_ways_round(assembly: Assembly) -> WaysRound:
+    """Return the loops of a run, and the loops round what may stand on them."""
+    planned = (*assembly.departures, *assembly.other_ways)
+    every = (*assembly.tracks, *(one.track for one in planned if one.track is not None))
+    return WaysRound(assembly.network.edges, every, assembly.detours)
