@@ -16,12 +16,15 @@ from fuzz_readers import Reader
 
 import loopgate.report.page
 import loopgate.traffic.libsumo_backend  # noqa: F401  its memory is not the input's, nor that of the page above
-from loopgate.cli.main import main
+from loopgate.cli.main import EXIT_BAD_INPUT, EXIT_DEADLOCK, EXIT_STARVING, main
 from loopgate.errors import LoopgateError
 from loopgate.reading import is_file
 
 vl_convert.vegalite_to_svg({"mark": "point"})
 """The first time it sets gigabytes of addresses aside, for memory that it never uses: no input's fault."""
+
+ENDS = {0, 1, EXIT_BAD_INPUT, EXIT_DEADLOCK, EXIT_STARVING}
+"""The exit codes of commands that end as they should: a run that is not clean does not."""
 
 _PROCESSES = 0.06
 """Share of the command lines that are given to a process of their own."""
@@ -106,10 +109,10 @@ def _command(folder: Path, random: Random) -> None:
     lines = ours or [
         line for line in text.splitlines() if line.startswith("Error: ")
     ]  # SUMO too says "Error"
-    if "Traceback" in text or code not in {0, 1, 2, 3} or (code == 2 and len(lines) != 1):  # noqa: PLR2004
+    if "Traceback" in text or code not in ENDS or (code == EXIT_BAD_INPUT and len(lines) != 1):
         msg = f"exit code {code}: {' '.join(full)[:150]}: {text[-300:]}"
         raise AssertionError(msg)
-    if code == 2:  # noqa: PLR2004  bad input
+    if code == EXIT_BAD_INPUT:
         raise LoopgateError(lines[0])
 
 

@@ -57,7 +57,7 @@ _OPTIONS = {
     "cut_at": (0.0, _FARTHEST_S, "cut_at_s", "seconds, from 0 to 1e6"),
 }
 _OF_PROCESSES = {
-    "kill": (0.0, _FARTHEST_S, "kill", "a number of vehicles, from 0 to 1e6"),
+    "kill": (0.0, _FARTHEST_S, "kill", "a whole number of vehicles, from 0 to 1e6"),
     "kill_at": (0.0, _FARTHEST_S, "kill_at_s", "seconds, from 0 to 1e6"),
     "again": (0.0, _FARTHEST_S, "again_s", "seconds, from 0 to 1e6"),
 }
@@ -97,7 +97,8 @@ def read_decide(spec: str) -> AirSettings | None:
             value = float(text)
         except ValueError:
             value = inf
-        if not isfinite(value) or not least <= value <= most:
+        whole = field != "kill" or value.is_integer()
+        if not isfinite(value) or not least <= value <= most or not whole:
             msg = f"decide {name}: {option} is {shown(text)}; expected {expected}"
             raise ScenarioError(msg)
         values[field] = int(value) if field == "kill" else value
