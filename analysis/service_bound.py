@@ -5,7 +5,7 @@
 A line of loops, each over two places of four slots, one slot free in all. Every configuration without a
 circle and without a crowd is looked at: how many safe moves there are, and how many it takes until the head
 of a place has moved, at worst. Beside it stands what `slow_line` takes; that it is 4 * 2**k - 3 * k - 4
-moves for k loops is proved in docs/studies/queues.md; no gate or rule can do better.
+moves for k loops is proved in docs/proofs/roads.md; no gate or rule can do better.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ a circle, when it leads on from there: from then on nobody but the mover enters 
 rule has looked at, until the served vehicle has its grant. Others are served at the same time where they look
 at none of these places; of two that do, the older goes first.
 
-Why each request is granted after finitely many moves, and what that takes, is said in docs/studies/queues.md.
+Why each request is granted after finitely many moves is proved in docs/proofs/roads.md.
 """
 
 from __future__ import annotations

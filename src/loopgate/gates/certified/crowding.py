@@ -4,7 +4,7 @@ A set of places is *crossed* if some loop has places in it and outside it. A *re
 whose whole loop lies in it. (S): every crossed set holds at least two robots more than it has residents.
 
 Where every place holds two or more and is left in order of arrival, a configuration is live for everyone iff
-no full places wait for one another in a circle and (S) holds (proof: docs/studies/queues.md). A robot that
+no full places wait for one another in a circle and (S) holds (proof: docs/proofs/roads.md). A robot that
 enters the last slot of a set with residents in all others stands last there, before it only residents, all
 of whom want full places of the set: for good.
 """
