@@ -311,7 +311,7 @@ def shown(text: str, *left_out: str) -> str:
 
 
 VEHICLE_KM = "Vehicle-km per hour, by number of vehicles:"
-NOT_ON_PAGE = ("limit-1",)
+NOT_ON_PAGE = ("limit-1", "braunschweig", "lights-grid")
 """Studies of which the page tells in a sentence."""
 
 
