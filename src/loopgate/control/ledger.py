@@ -127,7 +127,7 @@ class Ledger:
             heappush(self._woken, (self._rank(vehicle), vehicle.number, vehicle))
 
     def passed(self, vehicle: Vehicle) -> None:
-        """Take note that the front of a vehicle is where something was to be done, or beyond."""
+        """Record that the front of a vehicle has come to where it has something to do, or beyond."""
         front_m = vehicle.front_m
         if front_m > vehicle.line_m + TOLERANCE_M:
             self.trespasses += 1

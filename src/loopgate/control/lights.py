@@ -87,7 +87,7 @@ def _slow_s(vehicle: Vehicle, signal: Signal, distance_m: float) -> float:
 
 
 class Lights:
-    """Lets vehicles that were let go drive on at amber, and stop for red if they can.
+    """Lets vehicles with a grant pass at amber, and stops them at red if they can still brake.
 
     `on_red`: how often a line was crossed on red. `stood_s`: how long vehicles stood at a light though they
     held a grant beyond it [s].

@@ -85,7 +85,7 @@ class ChangingEngine(Engine):
         self._use_tables()
 
     def knows(self, track: Track) -> bool:
-        """Return whether a vehicle can come on a track."""
+        """Return whether the tables contain this track, so that a vehicle can join on it."""
         return self._ground.knows(track)
 
     def stand(self, tracks: Sequence[Track]) -> list[Driver]:

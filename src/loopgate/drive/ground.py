@@ -201,7 +201,7 @@ class Ground:
         self._ways, self._legs_at = legs.ways, legs.at
 
     def knows(self, track: Track) -> bool:
-        """Return whether a vehicle can come on a track."""
+        """Return whether the tables contain this track, so that a vehicle can join on it."""
         return (id(track.legs) in self._legs_at or not track.legs) and track.edges in self._roads_at
 
     def take(self, tracks: Sequence[Track]) -> range:

@@ -29,7 +29,7 @@ def room(state: int, t: Tables) -> int:
 
 @inner
 def first_before(i: int, t: Tables) -> int:
-    """Return the head of the FIFO state that the vehicle stands in, if that is another one, or `NOBODY`."""
+    """Return the first vehicle in this vehicle's FIFO state; `NOBODY` if it is this one, or without order."""
     state = t.states[last_state(i, t)]
     head = int(t.lists[state.line])
     return NOBODY if head == i or not state.fifo else head

@@ -69,7 +69,7 @@ class Timetable:
         self._states: dict[str, int] = {}
         """Where the letters of a state are."""
         self._written: dict[Program, int] = {}
-        """Where the phases of each program are."""
+        """By program: the index of its first phase."""
         self._programs: dict[tuple[str, str], tuple[Program, int]] = {}
         """By light and name, and where their phases are."""
         self._followed: dict[int, Program] = {}

@@ -74,7 +74,7 @@ def refuse_second() -> None:
 
 
 def owner() -> str:
-    """Return the name of the simulation that runs in libsumo by `start`; empty if none runs."""
+    """Return a phrase for the simulation that `start` began, such as "a run of NAME"; empty if none runs."""
     return f"a run of {_owner[0]}" if _owner else ""
 
 

@@ -80,7 +80,7 @@ class Search:
         self._dead: set[tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[int, ...], ...]]] = set()
         self._settlers = [i for i, s in enumerate(layout.settles) if s >= 0]
         self.nodes = 0
-        """Cores branched on in the last call."""
+        """Number of cores that the last call branched on."""
 
     def solve(self, stand: Occupancy, robots: list[int], *, timed: bool = False) -> list[int] | None:
         """Return moves that bring `robots` home from `stand` (which is changed), or None if there are none.

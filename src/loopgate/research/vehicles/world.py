@@ -283,7 +283,7 @@ class _Numbers:
 
     @property
     def are_small(self) -> bool:
-        """Whether they are as small as can be."""
+        """Whether all numbers are already as low as possible."""
         if any(old != new for one in (*self._smaller, *self._rank) for old, new in one.items()):
             return False
         rest = zip(self.world.posts, self._rank, self._gone, strict=True)

@@ -150,7 +150,7 @@ class CrossingWays:
         self._ends = {lane: _end(movement) for movement in network.connections for lane in movement.via}
         """The lane onto which one inside a junction leads."""
         self._behind = {movement.to_edge: movement.junction for movement in network.connections}
-        """The junction behind which a road begins."""
+        """By edge: the junction at which it begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)

@@ -149,7 +149,7 @@ class OwnersContainment:
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
-        """Look for ways round what has come to stand since the last look, and lay them."""
+        """Find ways round what has come to stand since the last call, and lay them."""
         fresh = [edges for edges in dict.fromkeys(self._stand_on()) if edges not in self._avoided]
         if not fresh:
             return

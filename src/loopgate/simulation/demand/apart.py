@@ -53,7 +53,7 @@ class SortedOut:
     lines: tuple[str, ...] = ()
 
     def put_apart(self, whys: Mapping[str, str]) -> None:
-        """Make the named vehicles that depart later ordinary traffic."""
+        """Turn each named vehicle that has not departed yet into ordinary traffic."""
         self.apart |= whys
         self.let_go({v.id: v for v in self.later if v.id in whys})
 

@@ -117,7 +117,7 @@ class Fleet:
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
     ) -> None:
-        """Take over what vehicles drive by, now and later; the first time, or anew.
+        """Set the itineraries and tracks of all vehicles, present and later, in place of earlier ones.
 
         Parameters
         ----------
