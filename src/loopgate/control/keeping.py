@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from loopgate.control.chain import closes, full_before, next_mover
+from loopgate.control.chain import closes, full_after, full_before, next_mover
 from loopgate.control.places import Movement, Place, Vehicle
 from loopgate.control.refusal import Refusal
 
@@ -31,7 +31,7 @@ _THROUGH_RED_S: Final = 120.0
 """After this long a mover's way is kept clear while its light is red too [s]."""
 
 
-def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
+def kept(vehicle: Vehicle, now_s: float) -> Refusal | None:
     """Refuse the last slot, or a way, that is kept for another vehicle."""
     wanted = vehicle.wanted()
     if wanted is None:
@@ -41,7 +41,7 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
         here = vehicle.leg.place
         leaves = 2 if wanted.served and len(here.line) < here.slots else 1
         if wanted.barred or wanted.slots - len(wanted.bodies) <= leaves:
-            return Refusal("service")
+            return Refusal("service", [wanted], now_s)  # a grant of this step may leave another slot
     for over in vehicle.leg.passes:
         if over.movement.kept_for not in (None, vehicle):
             return Refusal("service")
@@ -85,6 +85,8 @@ class Keeping:
                 short.add(wanted)
         for vehicle in old:
             patience_s = PATIENCE_THERE_S if vehicle.leg.place in short else PATIENCE_S
+            if full_after(vehicle).circle():
+                vehicle.blocked_s = now_s  # whether it is asked about in this step or not
             late = now_s - vehicle.since_s >= patience_s and vehicle.reason != "red"
             if late and now_s - vehicle.blocked_s >= GIVES_WAY_S:
                 self._keep_for(vehicle)

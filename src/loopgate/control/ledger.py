@@ -263,8 +263,6 @@ class Ledger:
         for rule in self.rules:
             refusal = rule(vehicle, self.now_s)
             if refusal is not None:
-                if refusal.reason == "deadlock":
-                    vehicle.blocked_s = self.now_s
                 if vehicle.reason != refusal.reason:
                     vehicle.reason = refusal.reason
                     vehicle.refused_s.setdefault(refusal.reason, self.now_s)
