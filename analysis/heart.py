@@ -3,24 +3,27 @@
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
 Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
-of SUMO's own steps. The ledger knows neither ordinary traffic nor stops yet (docs/heart.md).
+of SUMO's own steps. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s, drawn by SUMO. The ledger knows no
+stops yet (docs/heart.md).
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
 from typing import Any, cast
 
 import pandas as pd
+import sumo
 
-from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.itinerary import Abstraction, Leg
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.driving import Driving, Way
@@ -28,9 +31,15 @@ from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
+from loopgate.control.ordinary import traffic as ordinary_traffic
+from loopgate.control.refusal import Rule
 from loopgate.control.rules import usual
+from loopgate.control.sight import Sight
 from loopgate.drive.track import Track
+from loopgate.network import RoadNetwork
+from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
+from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.demand.placing import Departure
@@ -53,6 +62,7 @@ class Driven:
     km: float
     longest_s: float
     collisions: int
+    """Those in which a vehicle under the gate has a part."""
     trespasses: int
     sumo_s: float
     gate_s: float
@@ -64,6 +74,8 @@ class Driven:
     """How often a vehicle crossed a line on red."""
     joined: int
     """How many vehicles came in after the beginning."""
+    ordinary: int
+    """How many ordinary vehicles have been met."""
 
 
 class Turnover:
@@ -116,15 +128,52 @@ class Trips:
                     self._due.remove(one)
 
 
-def signals_in(assembly: Assembly, traffic: Traffic) -> dict[str, Signal]:
-    """Return the lights of a network by movement."""
-    lamps: dict[str, Lamp] = {}
+class Lamps(dict[str, Lamp]):
+    """The lights of a simulation, by name."""
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+
+    def __missing__(self, name: str) -> Lamp:
+        """Return a light that has not been asked for before."""
+        self[name] = lamp = Lamp(name, self._traffic)
+        return lamp
+
+
+def signals_in(assembly: Assembly, lamps: Lamps) -> dict[str, Signal]:
+    """Return what the lights of a network show, by movement."""
     return {
-        one.movement: Signal(
-            lamps.setdefault(one.light, Lamp(one.light, traffic)), one.link, float(one.speed_mps)
-        )
+        one.movement: Signal(lamps[one.light], one.link, float(one.speed_mps))
         for one in signals_of(assembly.network)
     }
+
+
+def lay_out(
+    scenario: Scenario,
+    assembly: Assembly,
+    traffic: Traffic,
+    slots: Mapping[str, int],
+    drawn: Sequence[Sequence[Leg]],
+) -> tuple[Layout, list[Rule], Sight | None]:
+    """Return places and paths, the rules about what comes from outside, and what sees ordinary traffic."""
+    lamps = Lamps(traffic)
+    signals = signals_in(assembly, lamps) if scenario.rule_for_lights == "obey" else {}
+    outside: list[Rule] = [light] if signals else []
+    if not scenario.traffic:
+        return Layout(slots, drawn, signals), outside, None
+    around = LaidRoads(assembly.network, lamps.__getitem__)
+    sight = Sight(around.map, traffic)
+    outside.append(ordinary_traffic(sight, around.slack))
+    return Layout(slots, drawn, signals, around.add), outside, sight
+
+
+def draw_trips(network: str, every_s: float, end_s: float, seed: int, file: Path) -> None:
+    """Let SUMO draw ordinary trips that can be driven, one every so many seconds."""
+    net = RoadNetwork.open(network).file
+    words = ["-n", str(net), "-e", f"{end_s:g}", "-p", f"{every_s:g}", "--seed", str(seed), "--validate"]
+    script = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
+    command = [sys.executable, str(script), *words, "-o", f"{file}.trips.xml", "-r", str(file)]
+    subprocess.run(command, check=True, capture_output=True, env={"SUMO_HOME": sumo.SUMO_HOME})
 
 
 def way_of(track: Track, *, foreseen: bool = True) -> Way:
@@ -175,6 +224,7 @@ def drive(
     crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
+    among, own = bool(scenario.traffic), set(assembly.names)
     here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -184,15 +234,14 @@ def drive(
             *write_sumo_input(here, folder, later=assembly.everybody),
         ]
         options += plain_options(scenario, folder / "log")
-        traffic = start_traffic(options, backend="libsumo", log=folder / "log")
+        if among:
+            options += read_traffic(scenario.traffic).options()
+        traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
-            signals = signals_in(assembly, traffic) if scenario.rule_for_lights == "obey" else {}
-            layout = Layout(slots, drawn, signals)
-            ledger = Ledger(
-                usual(crowded, [light] if signals else []), everybody=everybody, step_s=scenario.step_s
-            )
-            driving = Driving(traffic, layout, ledger)
+            layout, outside, sight = lay_out(scenario, assembly, traffic, slots, drawn)
+            ledger = Ledger(usual(crowded, outside), everybody=everybody, step_s=scenario.step_s)
+            driving = Driving(traffic, layout, ledger, sight)
             driving.take_in(ways[: len(here)])
             trips = Trips(traffic, driving, assembly.departures)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
@@ -201,7 +250,8 @@ def drive(
             began = process_time()
             for _ in range(steps):
                 driving.step()
-                collisions.update((c.collider, c.victim) for c in traffic.collisions())
+                found = [(c.collider, c.victim) for c in traffic.collisions()]
+                collisions.update(pair for pair in found if not own.isdisjoint(pair))
                 if watched:
                     waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
                     free_to_go += sum(not ledger.why_not(v) for v in waiting)
@@ -229,6 +279,7 @@ def drive(
         arrived=driving.arrived,
         on_red=driving.lights.on_red,
         joined=turnover.joined,
+        ordinary=sight.met if sight else 0,
     )
 
 
@@ -242,10 +293,20 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--lights", default="off", choices=["off", "obey"])
     parser.add_argument("--watched", action="store_true", help="count vehicles that wait though free to go")
+    parser.add_argument("--ordinary", type=float, default=0.0, help="an ordinary trip every so many seconds")
     given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        compare(given, Path(folder))
+
+
+def compare(given: argparse.Namespace, folder: Path) -> None:
+    """Drive every seed on both sides, and print a line for each; what is drawn goes into a folder."""
     kind = "plain" if heart.__file__.endswith(".py") else "compiled"
     sums = [0.0, 0.0, 0.0, 0.0]
     for seed in range(1, given.seeds + 1):
+        trips = folder / f"trips{seed}.rou.xml"
+        if given.ordinary:
+            draw_trips(given.network, given.ordinary, given.duration, seed, trips)
         scenario = Scenario(
             network=given.network,
             vehicles=given.vehicles,
@@ -253,12 +314,15 @@ def main() -> None:
             duration_s=given.duration,
             lights=given.lights,
             seed=seed,
+            traffic=str(trips) if given.ordinary else "",
+            on_deadlock="continue",
         )
         mine = drive(scenario, assemble(scenario), watched=given.watched)
         tables = simulate(scenario)
         clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
         cost, costs = mine.gate_s / mine.sumo_s, tables["wall_s"]["gate"] / tables["wall_s"]["sumo"]
         free = f"{mine.free_to_go} free to go, " if given.watched else ""
+        free += f"{mine.ordinary} ordinary vehicles, " if given.ordinary else ""
         sys.stdout.write(
             f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
             f"{mine.collisions} collisions, {mine.trespasses} trespasses, {mine.on_red} on red, {free}"

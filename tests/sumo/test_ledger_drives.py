@@ -96,6 +96,47 @@ def test_vehicles_come_and_drive_to_the_ends_of_their_ways(tmp_path: Path) -> No
     assert driven.arrived > 60
 
 
+@cache
+def among(network: str, file: Path, lights: str = "off") -> tuple[Scenario, Assembly]:
+    """Return vehicles on loops among ordinary traffic, which is drawn into a file."""
+    heart.draw_trips(network, 2.0, 240.0, 1, file)
+    made = Scenario(
+        network=network,
+        vehicles=100,
+        loops=30,
+        duration_s=240,
+        lights=lights,
+        traffic=str(file),
+        on_deadlock="continue",
+        seed=1,
+    )
+    return made, assemble(made)
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return where ordinary trips are drawn into."""
+    return tmp_path_factory.mktemp("ordinary")
+
+
+@pytest.mark.parametrize("lights", ["off", "obey"])
+def test_vehicles_drive_among_ordinary_ones_in_a_town(drawn: Path, lights: str) -> None:
+    driven = heart.drive(*among("sumo:DRT", drawn / "town.rou.xml", lights), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.on_red) == (0, 0, 0, 0)
+    assert "traffic" in set(driven.events["reason"])
+    assert driven.ordinary > 80
+    assert driven.km > 170
+
+
+def test_vehicles_drive_among_ordinary_ones_on_the_grid(drawn: Path) -> None:
+    driven = heart.drive(*among(str(GRID), drawn / "grid.rou.xml"), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    assert driven.ordinary > 80
+    assert driven.km > 80
+
+
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(crossings, "_relation", lambda *_: crossings.PAST)
     assert heart.drive(*starts(200)).collisions

@@ -124,6 +124,10 @@ class FakeTraffic:
             at -= length
         raise AssertionError(vehicle)
 
+    def whereabouts_of(self, vehicles: Sequence[str]) -> Whereabouts:
+        """Return where some vehicles are."""
+        return whereabouts(**{name: (*self.lane(name), self.speed(name)) for name in vehicles})
+
     def whereabouts(self) -> Whereabouts:
         """Return where all are."""
         return whereabouts(**{name: (*self.lane(name), self.speed(name)) for name in self.fleet})

@@ -37,7 +37,7 @@ class Hindrance:
         self.until_m: Final = until_m
 
 
-def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:
+def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C901  one after the other
     """Return who keeps a vehicle from crossing now; None if nobody does."""
     order = PAST
     for over in vehicle.leg.passes:
@@ -61,6 +61,10 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:
                 relation = BEFORE
             if relation == IN_THE_WAY and _comes_later(vehicle, over, foe, trip, shared, now_s):
                 relation = LATER
+            if relation == IN_THE_WAY and not (other.make.foreseen or vehicle.make.foreseen):
+                # It is so until its rear is past what both use, whatever the two do.
+                past_m = trip.line_m + shared.to_m + other.make.length_m + _BEYOND_M
+                return Hindrance(other, min(past_m, trip.clear_m))
             if relation == IN_THE_WAY or order not in (PAST, relation):
                 return Hindrance(other, -inf)  # what both do decides, in each step
             order = relation

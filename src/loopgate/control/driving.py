@@ -11,11 +11,13 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.arrays import Floats
+from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.places import Leg, Make, Vehicle
+from loopgate.control.sight import Sight
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.errors import TrafficError
 from loopgate.results.columns import Event
@@ -52,9 +54,8 @@ class Way:
 class Driving:
     """Vehicles on their ways, under the rules of a ledger.
 
-    No ordinary traffic, no stops: what the tables of `loopgate.drive` do besides is
-    missing. All vehicles are read in one go after a step; the rest costs only for vehicles that reached
-    something.
+    No stops: these, and what else the tables of `loopgate.drive` do besides, are missing. All vehicles are
+    read in one go after a step; the rest costs only for vehicles that reached something.
 
     Parameters
     ----------
@@ -62,10 +63,12 @@ class Driving:
         The running simulation.
     layout, ledger
         Places and paths; who holds and waits. The ledger is empty.
+    sight
+        Of ordinary traffic, if there is any.
     """
 
-    def __init__(self, traffic: Traffic, layout: Layout, ledger: Ledger) -> None:
-        self._traffic, self._layout, self.ledger = traffic, layout, ledger
+    def __init__(self, traffic: Traffic, layout: Layout, ledger: Ledger, sight: Sight | None = None) -> None:
+        self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, list[Leg]] = {}
@@ -76,6 +79,7 @@ class Driving:
         self._front: Floats = np.zeros(0)
         self.steering = Steering(traffic)
         self.lights = Lights(traffic)
+        self._courtesy = Courtesy(traffic)
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
         self._coming: list[Way] = []
@@ -87,6 +91,8 @@ class Driving:
         """The longest wait of vehicles that have left [s]."""
         self._look_s = 0.0
         self.driven_m = self.sumo_s = 0.0
+        self._changes = 0
+        """How often vehicles have come or gone."""
 
     def take_in(self, ways: Sequence[Way]) -> None:
         """Take vehicles in that are on the road; if others are there, they are last in line."""
@@ -122,12 +128,19 @@ class Driving:
 
     def _welcome(self, ways: Sequence[Way]) -> None:
         traffic, first, fronts = self._traffic, len(self._ids), list[float]()
+        self._changes += len(ways)
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
             path = self._path(way)
             like = traffic.dynamics(way.vehicle)
             haste = max(1.0, like.speed_factor)
             make = Make(
-                like.length_m, like.accel_mps2, like.decel_mps2, way.top * haste, haste, foreseen=way.foreseen
+                like.length_m,
+                like.accel_mps2,
+                like.decel_mps2,
+                way.top * haste,
+                haste,
+                # One that keeps the simulator's right of way too may be held by an ordinary one.
+                foreseen=way.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
             vehicle.row = len(self._ids)
@@ -172,8 +185,10 @@ class Driving:
         waits_s = self.ledger.now_s - vehicle.since_s if vehicle.asks else 0.0
         self.longest_s = max(self.longest_s, vehicle.longest_s, waits_s)
         self.ledger.leave(vehicle)
+        self._changes += 1
         self.steering.forget(vehicle)
         self.lights.forget(vehicle)
+        self._courtesy.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
@@ -214,6 +229,8 @@ class Driving:
 
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
+        if self.sight is not None:
+            self.sight.look(self.ledger.vehicles, self._changes)
         self.ledger.answer(now_s)
         gone, stay = write_down(self.ledger, self.diaries, self.rows)
         for vehicle in gone:
@@ -230,6 +247,8 @@ class Driving:
             if not vehicle.held:
                 self._hold(vehicle)
         self.lights.look(gone)
+        if self.sight is not None:
+            self._courtesy.look(gone)
 
     def _hold(self, vehicle: Vehicle) -> None:
         line = self._drawn(vehicle, vehicle.granted).line

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
@@ -25,6 +25,9 @@ class Layout:
         The legs of the paths, in driving order. Movements over junctions are found in them.
     signals
         The lights that are obeyed, by movement; none by default.
+    around
+        Called with each path that is laid: adds what vehicles look out for on it, if there is ordinary
+        traffic.
     """
 
     def __init__(
@@ -32,8 +35,9 @@ class Layout:
         slots: Mapping[str, int],
         ways: Sequence[Drawings],
         signals: Mapping[str, Signal] = MappingProxyType({}),
+        around: Callable[[list[Leg], Drawings], None] | None = None,
     ) -> None:
-        self._signals = signals
+        self._signals, self._around = signals, around
         self.places = {name: Place(name, room) for name, room in slots.items()}
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
@@ -55,7 +59,10 @@ class Layout:
         for leg, drawn in zip(legs, way, strict=True):
             leg.guided = bool(drawn.guides)
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
-        return joined(legs, closed=not way[-1].away)
+        joined(legs, closed=not way[-1].away)
+        if self._around is not None:
+            self._around(legs, way)
+        return legs
 
     def _pass(self, crossing: Crossing, *, first: bool) -> Pass:
         movement, signal = self._movements[crossing.id], self._signals.get(crossing.id)

@@ -280,7 +280,7 @@ class Ledger:
 
     def _sleep(self, vehicle: Vehicle, refusal: Refusal) -> None:
         """See to it that whatever may lift a refusal wakes the vehicle."""
-        if refusal.names_nothing():
+        if refusal.each_step:
             self._looking.append(vehicle)
         for place in refusal.until:
             if vehicle not in place.waiting:

@@ -119,7 +119,8 @@ class Lights:
                 self.on_red += self._letter(trip) in RED
             for trip in ahead:
                 self._look_at(trip, now_s)
-            self._tell(vehicle, bool(ahead) and ahead[0].committed and _may_close(ahead[0], now_s))
+            closes = bool(ahead) and (self._traffic.gives_way or _may_close(ahead[0], now_s))
+            self._tell(vehicle, closes and ahead[0].committed)
             if not ahead:
                 del self._under_way[vehicle]
 

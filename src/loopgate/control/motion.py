@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, log, sqrt
+from math import floor, inf, log, sqrt
 
 
 def braking_m(speed: float, decel: float, step_s: float) -> float:
@@ -10,6 +10,16 @@ def braking_m(speed: float, decel: float, step_s: float) -> float:
     loss = decel * step_s
     steps = float(int(speed / loss))
     return step_s * (steps * speed - loss * steps * (steps + 1.0) / 2.0)
+
+
+def safe_speed(room_m: float, decel: float, step_s: float) -> float:
+    """Return the highest speed of the next step from which a vehicle can still stop in some metres [m/s].
+
+    It drives a step at that speed, and then `braking_m`.
+    """
+    loss = decel * step_s
+    steps = float(floor((sqrt(1.0 + 8.0 * room_m / (step_s * loss)) - 1.0) / 2.0))
+    return (room_m / step_s + loss * steps * (steps + 1.0) / 2.0) / (steps + 1.0)
 
 
 def time_s(distance_m: float, speed: float, accel: float, top: float) -> float:

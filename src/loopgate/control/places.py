@@ -7,6 +7,7 @@ from typing import Final
 
 from loopgate.control.lamps import Signal
 from loopgate.control.motion import braking_m
+from loopgate.control.roads import Lookout, Stretch
 
 MARGIN_M: Final = 1.0
 """Room kept beyond the braking distance when a vehicle asks [m]."""
@@ -93,10 +94,11 @@ class Pass:
 
     `speed`: the lowest limit on it [m/s]. `wait_m`: how far behind the line SUMO may last let a vehicle wait.
     `ahead_m`: how far behind the line it begins. `first`: whether it is the first behind the line. `signal`:
-    the light before it, if vehicles obey one. `foes`: by movement.
+    the light before it, if vehicles obey one. `foes`: by movement. `lookout`: what of ordinary traffic
+    vehicles look out for on it.
     """
 
-    __slots__ = ("ahead_m", "first", "foes", "movement", "signal", "speed", "wait_m")
+    __slots__ = ("ahead_m", "first", "foes", "lookout", "movement", "signal", "speed", "wait_m")
 
     def __init__(
         self,
@@ -115,16 +117,18 @@ class Pass:
         self.wait_m: Final = wait_m
         self.first: Final = first
         self.foes: dict[Movement, Foe] = {}
+        self.lookout: Lookout | None = None
 
 
 class Leg:
     """A place on a path, from where to where in arc length [m], and what lies behind it.
 
     `after`: the leg that follows it; None where the path ends. `passes`: the crossing between the two.
-    `number`: its position on the path. `guided`: whether vehicles are steered between the two.
+    `number`: its position on the path. `guided`: whether vehicles are steered between the two. `stretch`:
+    where it lies on the road, if there is ordinary traffic.
     """
 
-    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place")
+    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place", "stretch")
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
         self.place: Final = place
@@ -134,6 +138,7 @@ class Leg:
         self.after: Leg | None = None
         self.passes: list[Pass] = []
         self.guided = False
+        self.stretch: Stretch | None = None
 
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:

@@ -138,6 +138,9 @@ class Traffic(Protocol):
     def whereabouts(self) -> Whereabouts:
         """Return where all vehicles on the road are, in the order of `vehicles`; read once a step."""
 
+    def whereabouts_of(self, vehicles: Sequence[str]) -> Whereabouts:
+        """Return where `vehicles` are now, which the simulator knows."""
+
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
 

@@ -181,11 +181,14 @@ class SumoTraffic(SumoStops, SumoLights):
             self._seen_s, vehicles, before = self._now, self.vehicles(), self._seen.vehicles
             if vehicles == before:
                 vehicles = before  # the same object is compared and looked up sooner
-            figures = (
-                np.fromiter(map(read, vehicles), np.float64, len(vehicles)) for read in self._place_and_speed
-            )
-            self._seen = Whereabouts(vehicles, [*map(self._lane_of, vehicles)], *figures)
+            self._seen = self.whereabouts_of(vehicles)
         return self._seen
+
+    def whereabouts_of(self, vehicles: Sequence[str]) -> Whereabouts:
+        figures = (
+            np.fromiter(map(read, vehicles), np.float64, len(vehicles)) for read in self._place_and_speed
+        )
+        return Whereabouts(vehicles, [*map(self._lane_of, vehicles)], *figures)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from shapely import LineString, Point, get_coordinates
 from shapely.ops import substring
 
-from loopgate.drive.track import Track
+from loopgate.abstraction.itinerary import Leg
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
@@ -19,6 +20,14 @@ _ABREAST_M = 2.3
 """Nearer than this vehicles beside each other touch, a bend taken into account [m]."""
 
 _CAR_M = 5.0
+
+
+class Driven(Protocol):
+    """A track, or what else has legs."""
+
+    @property
+    def legs(self) -> Sequence[Leg]:
+        """Its places in driving order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,18 +165,22 @@ class CrossingWays:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
-    def of(self, track: Track) -> tuple[Way, ...]:
+    def of(self, track: Driven) -> tuple[Way, ...]:
         """Return the way ahead at the end of each position of a track."""
         return tuple(self._way(track, position) for position in range(len(track.legs)))
 
-    def place(self, track: Track, position: int) -> Place:
+    def knows(self, movement: str) -> bool:
+        """Return whether a movement is one of the network's."""
+        return movement in self._movements
+
+    def place(self, track: Driven, position: int) -> Place:
         """Return where the state at a position of a track is."""
         end = track.legs[position].line
         length_m = track.legs[position].end_m - track.legs[position].begin_m
         lane = f"{end.edge}_{end.lane}"
         return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
-    def _way(self, track: Track, position: int) -> Way:
+    def _way(self, track: Driven, position: int) -> Way:
         line = track.legs[position].line
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]

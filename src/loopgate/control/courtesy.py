@@ -1,0 +1,222 @@
+"""Vehicles under the gate give way to ordinary ones before junctions, never inside them.
+
+`loopgate.drive.yielding` says why; the rules here are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import inf
+from typing import Final
+
+from loopgate.control.motion import braking_m, safe_speed
+from loopgate.control.ordinary import comes, is_late
+from loopgate.control.places import MARGIN_M, Trip, Vehicle
+from loopgate.control.roads import BEYOND_M, STANDING_MPS, Lookout
+from loopgate.traffic.base import Traffic
+
+_AT_LINE_M: Final = 5.0
+"""So far before its line a vehicle may stand that is about to set out [m]."""
+
+_SHORT_OF_M: Final = 0.5
+"""So far before a junction a vehicle comes to rest that is kept out of it [m]."""
+
+_MOST_KEPT_S: Final = 60.0
+"""After this time it is SUMO's right of way alone that says when it goes on [s]."""
+
+_HELD_UP_S: Final = 5.0
+"""A vehicle that stands at its line so long with nobody in its way waits for one with its own grant [s]."""
+
+
+class _Manners:
+    """What a vehicle under way does, and has been told.
+
+    `speed`: the limit it is kept to; infinite if it drives at will. `first`: whether it keeps no right of
+    way. `since_s`: since when it gives way. `stands_s`: since when it stands at its line. `clear`: a trip on
+    which it does not wait inside. `freed`: one on which it goes without giving way. `soon_m`: from where on
+    it is looked at [m].
+    """
+
+    __slots__ = ("clear", "first", "freed", "since_s", "soon_m", "speed", "stands_s")
+
+    def __init__(self) -> None:
+        self.speed = inf
+        self.first = False
+        self.since_s = inf
+        self.stands_s = inf
+        self.clear: Trip | None = None
+        self.freed: Trip | None = None
+        self.soon_m = -inf
+
+    def heeds(self) -> bool:
+        """Return whether it is to be looked at wherever it is."""
+        return self.clear is not None or self.freed is not None or self.since_s < inf or self.stands_s < inf
+
+
+class Courtesy:
+    """Keeps vehicles out of the next junction that can stop before it and must not drive into it."""
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic: Final = traffic
+        self._under_way: dict[Vehicle, _Manners] = {}
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """Take note that the vehicle is in the ledger no longer."""
+        self._under_way.pop(vehicle, None)
+
+    def look(self, granted: Iterable[Vehicle]) -> None:
+        """Tell vehicles how to give way; once in each step, after all answers.
+
+        `granted`: those that were let go since.
+        """
+        for vehicle in granted:
+            self._under_way.setdefault(vehicle, _Manners()).soon_m = -inf
+        kept: list[tuple[str, float]] = []
+        first: list[tuple[str, bool]] = []
+        now_s, step_s = self._traffic.now_s, self._traffic.step_s
+        for vehicle, manners in list(self._under_way.items()):
+            if vehicle.front_m < manners.soon_m:
+                continue
+            speed, before = manners.speed, manners.first
+            self._look_at(vehicle, manners, now_s, step_s)
+            if manners.speed != speed:
+                kept.append((vehicle.name, manners.speed))
+            if manners.first != before:
+                first.append((vehicle.name, manners.first))
+            if not vehicle.trips:
+                del self._under_way[vehicle]
+        for name, limit in sorted(kept):
+            self._traffic.keep_to(name, None if limit == inf else limit)
+        for name, goes in sorted(first):
+            self._traffic.give_way(name, gives=not goes)
+
+    def _look_at(self, vehicle: Vehicle, manners: _Manners, now_s: float, step_s: float) -> None:
+        """See what a vehicle is to do."""
+        since_s, stands_s, clear, freed = manners.since_s, manners.stands_s, manners.clear, manners.freed
+        heeds = manners.heeds()
+        manners.speed, manners.first = inf, False
+        manners.since_s = manners.stands_s = inf
+        manners.clear = manners.freed = None
+        if not vehicle.trips or vehicle.steered:
+            return
+        if not heeds and not self._is_soon(vehicle, manners, step_s):
+            return
+        trip = next_trip(vehicle, BEYOND_M, 0.0)
+        if not heeds and not _matters(vehicle, trip):
+            return
+        if clear is not None:
+            _go_on(vehicle, clear, manners, now_s)
+        speed = self._limit(vehicle, trip, manners, now_s, step_s, before=since_s < inf)
+        if speed == inf:
+            if _is_free(vehicle, freed, manners, now_s if stands_s == inf else stands_s, now_s):
+                manners.first = True
+            return
+        manners.since_s = now_s if since_s == inf else since_s
+        if now_s - manners.since_s < _MOST_KEPT_S:
+            manners.speed = speed
+
+    def _is_soon(self, vehicle: Vehicle, manners: _Manners, step_s: float) -> bool:
+        """Return whether it may not be able to stop before its first junction when it is looked at next."""
+        make, line_m = vehicle.make, vehicle.trips[0].line_m
+        most_m = make.top * step_s + make.top * make.top / (2.0 * make.decel) + MARGIN_M + _SHORT_OF_M
+        manners.soon_m = line_m - max(most_m, 2.0 * _AT_LINE_M)
+        fast = min(make.top, vehicle.speed + make.accel * step_s)
+        late_m = fast * step_s + fast * fast / (2.0 * make.decel) + MARGIN_M + _SHORT_OF_M
+        return line_m - vehicle.front_m < max(late_m, 2.0 * _AT_LINE_M)
+
+    def _limit(
+        self,
+        vehicle: Vehicle,
+        trip: Trip | None,
+        manners: _Manners,
+        now_s: float,
+        step_s: float,
+        *,
+        before: bool,
+    ) -> float:
+        """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else infinity.
+
+        `before`: whether it gave way before.
+        """
+        lookout = None if trip is None else trip.over.lookout
+        if trip is None or lookout is None:
+            return inf
+        make, line_m = vehicle.make, trip.line_m - vehicle.front_m
+        left_m = line_m + lookout.from_m
+        if vehicle.speed < STANDING_MPS:
+            stands_m = line_m if lookout.first else left_m
+            closed = stands_m <= _AT_LINE_M and _is_closed(vehicle, trip, lookout, left_m, manners, now_s)
+            return 0.0 if closed else inf
+        room_m = max(0.0, left_m - _SHORT_OF_M)
+        fast = min(make.top, vehicle.speed + make.accel * step_s)
+        late = room_m < fast * step_s + braking_m(fast, make.decel, step_s) + MARGIN_M
+        if not (late or before) or left_m < braking_m(vehicle.speed, make.decel, step_s):
+            return inf
+        if not _is_closed(vehicle, trip, lookout, left_m, manners, now_s):
+            return inf
+        return safe_speed(room_m, make.decel, step_s)
+
+
+def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | None:
+    """Return the trip over the first movement before a vehicle.
+
+    One that the vehicle is on counts until its front is so far beyond its beginning: some metres, and some
+    share of its length.
+    """
+    for trip in vehicle.trips:
+        lookout = trip.over.lookout
+        if lookout is not None:
+            left_m = trip.line_m - vehicle.front_m + lookout.from_m
+            if left_m >= -(beyond_m + of_length * lookout.length_m):
+                return trip
+    return None
+
+
+def _matters(vehicle: Vehicle, trip: Trip | None) -> bool:
+    """Return whether a vehicle stands before its next movement, or may not have that to itself."""
+    lookout = None if trip is None else trip.over.lookout
+    if lookout is None:
+        return False
+    return vehicle.speed < STANDING_MPS or lookout.waits_in_way or not lookout.is_quiet()
+
+
+def _is_closed(
+    vehicle: Vehicle, trip: Trip, lookout: Lookout, left_m: float, manners: _Manners, now_s: float
+) -> bool:
+    """Return whether somebody is in the way of a vehicle that is so far before a movement, or comes."""
+    waits = lookout.wait_m > 0.0 or vehicle.speed < STANDING_MPS
+    used = lookout.is_used() if waits else lookout.is_used_unseen()
+    closed = used or comes(vehicle, lookout, left_m, now_s)
+    manners.clear = trip if lookout.waits_in_way and not closed else None
+    return closed
+
+
+def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> None:
+    """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
+    lookout = clear.over.lookout
+    if lookout is None or clear not in vehicle.trips:
+        return
+    left_m = clear.line_m - vehicle.front_m + lookout.from_m
+    if left_m > -lookout.wait_m:
+        manners.clear = clear
+        if left_m < 0.0 and not is_late(lookout, now_s):
+            manners.first = True
+
+
+def _is_free(vehicle: Vehicle, freed: Trip | None, manners: _Manners, since_s: float, now_s: float) -> bool:
+    """Return whether a vehicle goes on without giving way, as nobody is in its way who has no grant."""
+    trip = next_trip(vehicle, 0.0, 1.0)
+    lookout = None if trip is None else trip.over.lookout
+    if trip is None or lookout is None:
+        return False
+    line_m = trip.line_m - vehicle.front_m
+    left_m = line_m + lookout.from_m
+    goes = trip is freed
+    stands_m = line_m if lookout.first else left_m
+    if left_m >= 0.0 and stands_m <= _AT_LINE_M and vehicle.speed < STANDING_MPS:
+        manners.stands_s = since_s
+        goes = goes or now_s - since_s >= _HELD_UP_S
+    if goes and not is_late(lookout, now_s):
+        manners.freed = trip
+        return True
+    return False

@@ -1,0 +1,151 @@
+"""The rule about ordinary traffic: whether a vehicle that no gate rules is in the way.
+
+`loopgate.drive.others` says why; the rule here is the same. Room in circles is in `loopgate.control.slack`.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import Final
+
+from loopgate.control.motion import time_s
+from loopgate.control.places import Leg, Vehicle
+from loopgate.control.refusal import Refusal, Rule
+from loopgate.control.roads import BEYOND_M, STANDING_MPS, Coming, Lookout, Other
+from loopgate.control.sight import HORIZON_S, Sight
+from loopgate.control.slack import Slack, fit
+
+_SETS_OUT_S: Final = 5.0
+"""A vehicle that stands in the queue at a line for longer, and may set out, waits for something else [s]."""
+
+_PASSED_S: Final = 2.0
+"""Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
+
+_APART_S: Final = 1.0
+"""Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
+
+_AT_LINE_M: Final = 30.0
+"""So far before a junction a vehicle may stand that is the first at its line [m], or in the queue behind."""
+
+_REACTS_S: Final = 1.0
+"""SUMO's drivers brake so late [s]."""
+
+
+def traffic(sight: Sight, slack: Slack) -> Rule:
+    """Return the rule: no vehicle sets out while an ordinary one is in its way, or would have no room."""
+
+    def gives_way(vehicle: Vehicle, now_s: float) -> Refusal | None:
+        if not sight.others:
+            return None
+        after = vehicle.leg.after
+        if after is not None and _is_too_full(after, vehicle):
+            return Refusal("traffic", [after.place], outside=True)
+        if _meets(vehicle, now_s):
+            return Refusal("traffic")
+        tight = slack.too_tight(vehicle)
+        return Refusal("traffic", tight, outside=True) if tight else None
+
+    return gives_way
+
+
+def _is_too_full(after: Leg, vehicle: Vehicle) -> bool:
+    """Return whether ordinary vehicles take the room on the leg that a vehicle wants next."""
+    if after.stretch is None:
+        return False
+    holders = [body.vehicle for body in after.place.bodies]
+    return fit(after.stretch, holders, vehicle.make.length_m) < 1.0
+
+
+def _meets(vehicle: Vehicle, now_s: float) -> bool:
+    """Return whether somebody is before the vehicle on its lane, across its way, or comes there."""
+    here = vehicle.leg.stretch
+    if here is None:
+        return False
+    left_m = vehicle.line_m - vehicle.front_m
+    for other in here.lane.fronts:
+        if here.end_m - left_m < other.position_m <= here.end_m + BEYOND_M:
+            return True
+    passes = vehicle.leg.passes
+    for over in passes:
+        if over.lookout is not None and over.lookout.is_used():
+            return True
+    for lane in here.between:
+        if lane.is_used(inf):
+            return True
+    for over in passes:
+        lookout = over.lookout
+        if lookout is not None and comes(vehicle, lookout, left_m + lookout.from_m, now_s):
+            return True
+    return False
+
+
+def comes(vehicle: Vehicle, lookout: Lookout, left_m: float, now_s: float) -> bool:
+    """Return whether somebody would get in the way of a vehicle that is so far before a movement."""
+    there_s = over_s = -1.0
+    for approach in lookout.approaches:
+        if not approach.turn.coming or not approach.is_open(now_s):
+            continue
+        if over_s < 0.0:
+            there_s, over_s = _reaches_s(vehicle, lookout, left_m), _is_over_s(vehicle, lookout, left_m)
+        for coming in approach.turn.coming:
+            other = coming.other
+            before_m = coming.to_m - other.position_m
+            if other.speed <= STANDING_MPS:
+                if _may_set_out(coming) and _first_s(coming, before_m) < over_s and _sets_out(other, now_s):
+                    return True
+            elif before_m / other.speed > there_s - _PASSED_S:
+                first_s = _first_s(coming, before_m)
+                if first_s < over_s and first_s <= HORIZON_S:
+                    return True
+    return False
+
+
+def is_late(lookout: Lookout, now_s: float) -> bool:
+    """Return whether somebody comes to a movement who cannot stop any more."""
+    for approach in lookout.approaches:
+        if not approach.turn.coming or not approach.is_open(now_s):
+            continue
+        for coming in approach.turn.coming:
+            other = coming.other
+            if other.speed <= STANDING_MPS:
+                continue
+            before_m = coming.to_m - other.position_m
+            stops_m = _REACTS_S * other.speed + other.speed * other.speed / (2.0 * other.decel)
+            if before_m < stops_m and _first_s(coming, before_m) <= HORIZON_S:
+                return True
+    return False
+
+
+def _may_set_out(coming: Coming) -> bool:
+    """Return whether one that stands is near the line of the junction: else it may wait for anything."""
+    return coming.first and coming.to_m - coming.other.position_m <= _AT_LINE_M
+
+
+def _first_s(coming: Coming, before_m: float) -> float:
+    """Return when a vehicle is there at the earliest, from now on [s]."""
+    other = coming.other
+    return time_s(before_m, other.speed, other.accel, max(other.speed, coming.limit))
+
+
+def _sets_out(other: Other, now_s: float) -> bool:
+    """Return whether one that stands at its line, and may drive, is about to set out."""
+    if now_s - other.seen_s > _SETS_OUT_S:
+        other.stood_s = now_s
+    other.seen_s = now_s
+    return now_s - other.stood_s < _SETS_OUT_S
+
+
+def _reaches_s(vehicle: Vehicle, lookout: Lookout, left_m: float) -> float:
+    make = vehicle.make
+    return time_s(left_m, vehicle.speed, make.accel, min(make.top, lookout.speed))
+
+
+def _is_over_s(vehicle: Vehicle, lookout: Lookout, left_m: float) -> float:
+    """Return after which time a vehicle has passed a movement, with some to spare [s]."""
+    make, wait_m = vehicle.make, lookout.wait_m
+    top = min(make.top, lookout.speed)
+    over_s = time_s(left_m + wait_m, vehicle.speed, make.accel, top) + _APART_S
+    going = 0.0  # a vehicle that may have to wait sets out from there
+    if wait_m == 0.0:
+        going = min(top, sqrt(vehicle.speed * vehicle.speed + 2.0 * make.accel * max(0.0, left_m)))
+    return over_s + time_s(lookout.length_m - wait_m + make.length_m, going, make.accel, top)

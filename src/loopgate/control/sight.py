@@ -1,0 +1,211 @@
+"""Where ordinary vehicles are, and where they come: on which lanes, with front and rear, to which turns.
+
+A vehicle is listed anew when it comes to another lane. When it gets to a turn is reckoned where a rule asks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Sequence
+from math import inf
+from typing import Final
+
+from loopgate.control.roads import STANDING_MPS, Coming, Edge, Lane, Other, Rear, Turn
+from loopgate.traffic.base import Traffic
+
+HORIZON_S: Final = 20.0
+"""Nobody looks farther ahead [s]: by then a vehicle that sets out now is over any junction."""
+
+AHEAD: Final = 5
+"""A vehicle is about to come to an edge that is among so many of the next on its route."""
+
+_AGAIN_S: Final = 5.0
+"""So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
+
+
+class Map:
+    """The roads by name: lanes, edges, and turns by the edges before and behind them.
+
+    `nowhere`: what stands for all edges that are no roads, as connectors: nobody looks beyond these.
+    """
+
+    def __init__(
+        self, lanes: dict[str, Lane], edges: dict[str, Edge], turns: dict[tuple[str, str], Turn]
+    ) -> None:
+        self.lanes: Final = lanes
+        self.edges: Final = edges
+        self.turns: Final = turns
+        self.nowhere: Final = Edge(inf, 0.0)
+
+
+class Sight:
+    """The ordinary vehicles as they are after a step: all that are on the road and not under the gate."""
+
+    def __init__(self, roads: Map, traffic: Traffic) -> None:
+        self.roads: Final = roads
+        self._traffic: Final = traffic
+        self.others: dict[str, Other] = {}
+        """Those that are there, by name."""
+        self.met = 0
+        """How many have been seen so far."""
+        self._everybody: Sequence[str] = ()
+        self._gated = -1
+        self._in_order: list[Other] = []
+        self._names: list[str] = []
+        self._used: list[Lane] = []
+        """Lanes with rears on them."""
+
+    def look(self, gated: Container[str], changes: int) -> None:
+        """See where they are now.
+
+        `gated`: who is under the gate, by name. `changes`: how often that has changed so far.
+        """
+        traffic = self._traffic
+        everybody = traffic.vehicles()
+        if changes != self._gated or everybody != self._everybody:
+            self._find([name for name in everybody if name not in gated])
+            self._everybody, self._gated = everybody, changes
+        for lane in self._used:
+            lane.rears.clear()
+        self._used.clear()
+        if self._in_order:
+            here = traffic.whereabouts_of(self._names)
+            self._move(here.lanes, here.positions_m.tolist(), here.speeds_mps.tolist(), traffic.now_s)
+
+    def _find(self, names: list[str]) -> None:
+        """Take note of who has come, and who is gone."""
+        for name in self.others.keys() - set(names):
+            other = self.others.pop(name)
+            self._leave_lane(other)
+            _forget_ways(other)
+        for name in names:
+            if name not in self.others:
+                like = self._traffic.dynamics(name)
+                haste = max(1.0, like.speed_factor)
+                self.others[name] = Other(name, like.length_m, like.accel_mps2, like.decel_mps2, haste)
+                self.met += 1
+        self._names = names
+        self._in_order = [self.others[name] for name in names]
+
+    def _move(
+        self, lanes: Sequence[str], positions_m: list[float], speeds: list[float], now_s: float
+    ) -> None:
+        """Write down where they are."""
+        for number, other in enumerate(self._in_order):
+            lane_name = lanes[number]
+            other.position_m = positions_m[number]
+            speed = speeds[number]
+            other.speed = speed
+            if lane_name != other.lane_name or other.parks or speed <= STANDING_MPS:
+                self._place(other, lane_name)
+                if other.parks:
+                    continue
+            if other.on is not other.lane or now_s >= other.until_s:
+                self._follow(other, now_s)
+            if other.position_m < other.length_m:
+                self._list_rears(other)
+
+    def _place(self, other: Other, lane_name: str) -> None:
+        """Put a vehicle on its lane, unless it is on none or stands beside it."""
+        other.lane_name = lane_name
+        lane = self.roads.lanes.get(lane_name)
+        parks = lane is None or (other.speed <= STANDING_MPS and self._traffic.parks(other.name))
+        if parks == other.parks and lane is other.lane:
+            return
+        self._leave_lane(other)
+        other.lane, other.on, other.parks = lane, None, parks
+        if parks:
+            _forget_ways(other)
+        elif lane is not None:
+            lane.fronts.append(other)
+
+    def _leave_lane(self, other: Other) -> None:
+        if other.lane is not None and not other.parks:
+            other.lane.fronts.remove(other)
+
+    def _follow(self, other: Other, now_s: float) -> None:
+        """Take note of how far a vehicle is on its route, and read that if it leads elsewhere."""
+        lane = other.lane
+        if lane is None:
+            return
+        edges, known = other.edges, other.on is lane
+        if not known and edges:
+            after = edges[other.at + 1] if other.at + 1 < len(edges) else None
+            if edges[other.at] is lane.edge or (lane.inside and after in lane.ahead):
+                other.on = lane
+            elif after is lane.edge:
+                other.at += 1
+                other.on = lane
+        if known or other.on is not lane:
+            other.until_s = now_s + _AGAIN_S
+            if known and self._traffic.route_id(other.name) == other.route_name:
+                return
+            self._read_route(other, lane)
+        self._list_ways(other, lane)
+
+    def _read_route(self, other: Other, lane: Lane) -> None:
+        names, at = self._traffic.route(other.name)
+        route, roads = self._traffic.route_id(other.name), self.roads
+        if route != other.route_name or not other.edges:
+            other.route_name = route
+            other.edges = [roads.edges.get(name, roads.nowhere) for name in names]
+            behind = [*names[1:], ""]
+            other.turns = [roads.turns.get((name, to)) for name, to in zip(names, behind, strict=True)]
+        other.at = at
+        there = lane.inside or (at < len(other.edges) and other.edges[at] is lane.edge)
+        other.on = lane if there else None
+
+    def _list_ways(self, other: Other, lane: Lane) -> None:
+        """List a vehicle at the turns that it may come to from its lane, and at the next edges."""
+        _forget_ways(other)
+        edges, turns, at = other.edges, other.turns, other.at
+        for edge in edges[at + 1 : at + 1 + AHEAD]:
+            edge.coming[other] = None
+            other.coming_to.append(edge)
+        to_m, first = lane.length_m, True
+        if lane.inside:
+            at += 1
+            if at < len(edges):
+                to_m += edges[at].length_m
+            first = False
+        fastest = lane.limit
+        while at + 1 < len(edges):
+            edge, turn = edges[at], turns[at]
+            fastest = max(fastest, edge.limit)
+            if to_m - lane.length_m > HORIZON_S * fastest * other.haste:
+                break
+            if turn is not None:
+                coming = Coming(other, turn, to_m, edge.limit, first=first)
+                turn.coming.append(coming)
+                other.entries.append(coming)
+                to_m += turn.through_m
+            first = False
+            at += 1
+            to_m += edges[at].length_m
+
+    def _list_rears(self, other: Other) -> None:
+        """List where the rear of a vehicle is, on the lanes that its front has left."""
+        lane, at, left_m = other.lane, other.at, other.length_m - other.position_m
+        edges = other.edges
+        while lane is not None and left_m > 0.0 and edges:
+            edge: Edge | None = None
+            if not lane.inside:
+                at = at if edges[at] is lane.edge else at - 1
+                if at <= 0:
+                    break
+                edge = edges[at - 1]
+            lane = lane.from_edge(edge)
+            if lane is None:
+                break
+            rear_m = lane.length_m - left_m
+            left_m = -rear_m
+            lane.rears.append(Rear(other, rear_m))
+            self._used.append(lane)
+
+
+def _forget_ways(other: Other) -> None:
+    for coming in other.entries:
+        coming.turn.coming.remove(coming)
+    other.entries = []
+    for edge in other.coming_to:
+        edge.coming.pop(other, None)
+    other.coming_to = []

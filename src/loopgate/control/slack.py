@@ -1,0 +1,163 @@
+"""Room in circles of places, each of whose first wants the next, for ordinary vehicles, which do not ask.
+
+`loopgate.drive.cycle_slack` says why; the rule here is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import floor, inf
+from typing import Final
+
+from loopgate.control.places import Leg, Place, Vehicle
+from loopgate.control.roads import STANDING_MPS, Edge, Lane, Other, Stretch
+from loopgate.control.sight import AHEAD
+
+_SHARE: Final = 5
+"""One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
+
+_GAP_M: Final = 2.5
+"""Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
+
+
+def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
+    """Return how many more vehicles of a length fit into a place beside ordinary ones and vehicles `there`.
+
+    That is infinite where there is no ordinary vehicle: then it is for the other rules to say. Slots are as
+    long as the longest vehicle needs; where there are ordinary ones, each takes what it is long.
+    """
+    taken_m, count = 0.0, 0
+    for other in stretch.lane.fronts:
+        if stretch.holds(other):
+            taken_m += other.length_m + _GAP_M
+            count += 1
+    for lane in stretch.into:
+        for other in lane.fronts:
+            taken_m += other.length_m + _GAP_M
+            count += 1
+    if not count:
+        return inf
+    for vehicle in there:
+        taken_m += vehicle.make.length_m + _GAP_M
+    left_m = stretch.end_m - stretch.begin_m - taken_m
+    return max(0.0, float(floor(left_m / (length_m + _GAP_M))))
+
+
+class Slack:
+    """Says where the move of a vehicle would leave too little room for ordinary vehicles."""
+
+    def __init__(self) -> None:
+        self._on: dict[Lane, Place] = {}
+        """The first place on each lane."""
+        self._stretches: dict[Place, Stretch] = {}
+
+    def know(self, path: Iterable[Leg]) -> None:
+        """Take note of where places lie."""
+        for leg in path:
+            stretch = leg.stretch
+            if stretch is None or leg.place in self._stretches:
+                continue
+            self._stretches[leg.place] = stretch
+            known = self._on.get(stretch.lane)
+            if known is None or self._stretches[known].begin_m > stretch.begin_m:
+                self._on[stretch.lane] = leg.place
+
+    def too_tight(self, vehicle: Vehicle) -> list[Place]:
+        """Return the places in which the move into the next leg leaves too little room, if there are such."""
+        leg = vehicle.leg.after
+        if leg is None or leg.stretch is None or leg.stretch.is_away:
+            return []  # a vehicle that arrives leaves room
+        entered, here = leg.place, vehicle.leg.place
+        moves_first = entered.served and entered.kept_for is vehicle
+        circle: dict[Place, None] = {}
+        holes, length_m, crowded = 0.0, vehicle.make.length_m, False
+        place: Place | None = entered
+        while place is not None and place is not here and place not in circle:
+            stretch = self._stretches[place]
+            free = min(float(place.slots - len(place.line)), fit(stretch, place.line, length_m))
+            if place is entered:
+                free -= 1.0
+                crowded = not moves_first and free < (place.slots + 2) // _SHARE
+            holes += max(0.0, free)
+            circle[place] = None
+            first = place.line[0] if place.line else None
+            other = _first_in(stretch)
+            if first is not None:
+                end_m, its_leg = first.line_m, first.leg
+            else:
+                end_m, its_leg = vehicle.after_begins_m(leg) + leg.end_m - leg.begin_m, leg
+                first = vehicle if place is entered else None
+            if first is not None and not _is_before(other, first, end_m, stretch):
+                other = _stands_behind(its_leg)
+                if other is None:
+                    length_m = first.make.length_m
+                    place = None if its_leg.after is None else its_leg.after.place
+                    continue
+            place = None if other is None else self._sought(other)
+            length_m = 0.0 if other is None else other.length_m
+        if place is not None and place is here:
+            return []
+        tight = crowded
+        if place is entered and not tight:
+            tight = holes < (1.0 if moves_first else 2.0 + self._coming(circle))
+        return list(circle) if tight else []
+
+    def _sought(self, other: Other) -> Place | None:
+        """Return the next place on the route of an ordinary vehicle."""
+        lane = other.lane
+        for edge in other.edges[other.at + 1 : other.at + 1 + AHEAD]:
+            lane = None if lane is None else lane.ahead.get(edge)
+            if lane is None:
+                return None
+            if lane in self._on:
+                return self._on[lane]
+        return None
+
+    def _coming(self, circle: Iterable[Place]) -> int:
+        """Return how many ordinary vehicles are about to come into the circle from elsewhere."""
+        inside: set[Other] = set()
+        edges: dict[Edge, None] = {}
+        for place in circle:
+            stretch = self._stretches[place]
+            edges[stretch.lane.edge] = None
+            inside.update(other for other in stretch.lane.fronts if stretch.holds(other))
+            for lane in stretch.into:
+                inside.update(lane.fronts)
+        return len({other for edge in edges for other in edge.coming} - inside)
+
+
+def _first_in(stretch: Stretch) -> Other | None:
+    """Return the first of the ordinary vehicles that stand or drive in a place."""
+    first: Other | None = None
+    for other in stretch.lane.fronts:
+        if stretch.holds(other) and (first is None or other.position_m > first.position_m):
+            first = other
+    return first
+
+
+def _is_before(other: Other | None, vehicle: Vehicle, end_m: float, stretch: Stretch) -> bool:
+    """Return whether an ordinary vehicle is before a gated one, whose place ends at `end_m` of its way."""
+    return other is not None and end_m - vehicle.front_m > stretch.end_m - other.position_m
+
+
+def _stands_behind(leg: Leg) -> Other | None:
+    """Return an ordinary vehicle that stands on the crossing behind a leg."""
+    if leg.stretch is not None:
+        for lane in leg.stretch.between:
+            other = _standing_on(lane)
+            if other is not None:
+                return other
+    for over in leg.passes:
+        if over.lookout is not None:
+            for one in over.lookout.across:
+                other = _standing_on(one.lane)
+                if other is not None:
+                    return other
+    return None
+
+
+def _standing_on(lane: Lane) -> Other | None:
+    for other in lane.fronts:
+        if other.speed < STANDING_MPS:
+            return other
+    return None

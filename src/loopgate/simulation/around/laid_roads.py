@@ -1,0 +1,110 @@
+"""Lays roads with ordinary traffic out as objects of the ledger (`loopgate.control.roads`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.control.lamps import Lamp
+from loopgate.control.places import Leg
+from loopgate.control.roads import Across, Approach, Edge, Lane, Lookout, Stretch, Turn
+from loopgate.control.sight import Map
+from loopgate.control.slack import Slack
+from loopgate.network import RoadNetwork
+from loopgate.simulation.around.crossing_ways import CrossingWays, Movement
+from loopgate.simulation.around.crossing_ways import Way as Found
+
+__all__ = ["LaidRoads"]
+
+
+class _Way(NamedTuple):
+    legs: Sequence[Drawn]
+
+
+class LaidRoads:
+    """The roads of a network, and what vehicles look out for on their paths.
+
+    Parameters
+    ----------
+    network
+        The roads.
+    lamp
+        Returns a light by name.
+    """
+
+    def __init__(self, network: RoadNetwork, lamp: Callable[[str], Lamp]) -> None:
+        self._find, self._lamp = CrossingWays(network), lamp
+        self.map = map_of(network)
+        self.slack = Slack()
+
+    def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
+        """Add to the legs of a path where they lie, and what is to be looked out for behind them."""
+        drawn = _Way(way)
+        for position, (leg, found) in enumerate(zip(path, self._find.of(drawn), strict=True)):
+            place = self._find.place(drawn, position)
+            if place.lane in self.map.lanes:
+                leg.stretch = Stretch(
+                    self.map.lanes[place.lane],
+                    float(place.begin_m),
+                    float(place.end_m),
+                    [self.map.lanes[lane] for lane in place.into],
+                    [self.map.lanes[lane] for lane in found.between],
+                    is_away=way[position].away,
+                )
+            self._add_lookouts(leg, found, way[position])
+        self.slack.know(path)
+
+    def _add_lookouts(self, leg: Leg, found: Found, drawn: Drawn) -> None:
+        known = [number for number, c in enumerate(drawn.crossings) if self._find.knows(c.id)]
+        for number, movement in zip(known, found.movements, strict=True):
+            leg.passes[number].lookout = self._lookout(movement, first=number == known[0])
+
+    def _lookout(self, movement: Movement, *, first: bool) -> Lookout:
+        lanes, turns = self.map.lanes, self.map.turns
+        across = [
+            Across(lanes[lane], float(movement.past_m.get(lane, math.inf)), unseen=lane in movement.unseen)
+            for lane in movement.across
+        ]
+        approaches = []
+        for one in movement.approaches:
+            turn, light = turns[one.from_edge, one.to_edge], one.signal
+            approaches.append(Approach(turn, self._lamp(light[0]), light[1]) if light else Approach(turn))
+        return Lookout(
+            across,
+            approaches,
+            float(movement.from_m),
+            float(movement.length_m),
+            float(movement.speed_mps),
+            float(movement.wait_m),
+            waits_in_way=movement.waits_in_way,
+            first=first,
+        )
+
+
+def map_of(network: RoadNetwork) -> Map:
+    """Return the roads of a network as objects."""
+    edges = {
+        name: Edge(max(one.length_m for one in edge.lanes), max(one.speed_mps for one in edge.lanes))
+        for name, edge in network.edges.items()
+    }
+    turns: dict[tuple[str, str], Turn] = {}
+    for c in network.connections:
+        through_m = sum(network.lanes[lane].length_m for lane in c.via)
+        turns[c.from_edge, c.to_edge] = Turn(float(through_m))
+    found = Map({}, edges, turns)
+    lanes = found.lanes
+    for name, drawn in network.lanes.items():
+        edge = edges.get(drawn.edge, found.nowhere)
+        lanes[name] = Lane(name, edge, drawn.length_m, drawn.speed_mps, inside=drawn.internal)
+    for c in network.connections:
+        way = [lanes[f"{c.from_edge}_{c.from_lane}"], *(lanes[lane] for lane in c.via)]
+        end = lanes[f"{c.to_edge}_{c.to_lane}"]
+        for lane in way:
+            lane.ahead[edges[c.to_edge]] = end
+        for before, lane in pairwise(way):
+            lane.behind[None] = before
+        end.behind[edges[c.from_edge]] = way[-1]
+    return found
