@@ -9,7 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-import sumolib
 
 from loopgate.cache import Cache, without_collection
 from loopgate.errors import NetworkError
@@ -21,13 +20,13 @@ NETWORKS = Path(__file__).parents[2] / "networks"
 @pytest.fixture
 def readings(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Return the files that are parsed from now on, with nothing kept so far."""
-    read, files = sumolib.net.readNet, list[str]()
+    read, files = road._parse, list[str]()
 
-    def noting(file: str, **options: bool) -> object:
-        files.append(Path(file).name)
-        return read(file, **options)
+    def noting(file: Path) -> object:
+        files.append(file.name)
+        return read(file)
 
-    monkeypatch.setattr(sumolib.net, "readNet", noting)
+    monkeypatch.setattr(road, "_parse", noting)
     monkeypatch.setattr(road, "_KEPT", Cache(2))
     return files
 

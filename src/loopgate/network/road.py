@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import xml.sax
 from collections.abc import Collection, Mapping
 from copy import copy
 from dataclasses import replace
@@ -17,6 +18,7 @@ from loopgate.cache import Cache, without_collection
 from loopgate.errors import NetworkError
 from loopgate.network.content import content_identity
 from loopgate.network.diagnosis import first_fault
+from loopgate.network.inside import check_inside, lanes_over
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
@@ -27,6 +29,8 @@ VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
 """All that SUMO has."""
 
 _ROUNDING_M = 0.1
+_TRUE = frozenset({"1", "yes", "true", "on", "x", "t"})
+"""What SUMO takes for it."""
 _MOST_LINKS = 10_000  # many times what SUMO can work with
 
 PACKAGED = "sumo:"
@@ -196,7 +200,7 @@ def _read(name: str, file: Path, content: str) -> RoadNetwork:
     try:
         wrong = "not a SUMO network that can be read"
         with refusing(file, "network", NetworkError, wrong=wrong), without_collection():
-            network = _records(sumolib.net.readNet(str(file), withInternal=True), name, file, content)
+            network = _records(_parse(file), name, file, content)
     except NetworkError as error:
         if not isinstance(error.__cause__, LookupError | AttributeError | TypeError | ValueError):
             raise  # it is no XML to look into
@@ -244,7 +248,38 @@ def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types
     return tuple((float(p[0]), float(p[1])) for p in shape)
 
 
-def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # noqa: ANN401  sumolib has no types
+class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no types
+    """Reads a network as sumolib does, and what that leaves out: which movements may wait inside.
+
+    Attributes
+    ----------
+    waiting
+        Junction and index of each request with ``cont``.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(withInternal=True)
+        self.waiting: set[tuple[str, int]] = set()
+        self._junction = ""
+
+    def startElement(self, name: str, attrs: Mapping[str, str]) -> None:  # noqa: N802  named by sumolib
+        """Take the beginning of an element."""
+        super().startElement(name, attrs)
+        if name == "junction":
+            self._junction = attrs["id"]
+        elif name == "request" and attrs.get("cont", "0").lower() in _TRUE:
+            self.waiting.add((self._junction, int(attrs["index"])))
+
+
+def _parse(file: Path) -> _Reader:
+    reader = _Reader()
+    with open_xml(file) as stream:
+        xml.sax.parse(stream, reader)  # noqa: S317  expat refuses entities that grow without bounds
+    return reader
+
+
+def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwork:
+    net, waiting = reader.getNet(), reader.waiting
     classes: dict[frozenset[str], frozenset[str]] = {}  # a few sets, shared by thousands of lanes
     lanes: dict[str, Lane] = {}
     edges: dict[str, Edge] = {}
@@ -278,14 +313,13 @@ def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # n
             ends = raw.getFromNode().getID(), raw.getToNode().getID()
             edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge), raw.getName() or "")
     links = _links(net)
-    _check_inside(net, file)
     connections = tuple(
         Connection(
             from_edge=raw.getID(),
             from_lane=index,
             to_edge=c.getTo().getID(),
             to_lane=c.getToLane().getIndex(),
-            via=_via(net, c, file),
+            via=lanes_over(net, c, file),
             direction=c.getDirection(),
             junction=raw.getToNode().getID(),
             link=links.get(id(c), -1),
@@ -296,7 +330,7 @@ def _records(net: Any, name: str, file: Path, content: str) -> RoadNetwork:  # n
         for c in lane.getOutgoing()
         if c.getTo().getID() in edges
     )
-    _check_led_over(net, file)
+    check_inside(net, file, waiting)
     junctions = {node.getID(): _junction(node) for node in net.getNodes()}
     return RoadNetwork(
         name=name,
@@ -373,57 +407,3 @@ def _links(net: Any) -> dict[int, int]:  # noqa: ANN401  sumolib has no types
                 links[id(c)] = number
                 number += 1
     return links
-
-
-def _via(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
-    """Return the internal lanes of a movement, following the chain through internal junctions.
-
-    Raises `NetworkError` if the last of them does not lead to where the movement does: SUMO itself ends by a
-    signal on some of such networks, without a word.
-    """
-    chain: list[str] = []
-    lane_id, outgoing = connection.getViaLaneID(), []
-    while lane_id and lane_id not in chain:
-        chain.append(lane_id)
-        outgoing = net.getLane(lane_id).getOutgoing()
-        lane_id = outgoing[0].getViaLaneID() if outgoing else ""
-    to = connection.getTo()
-    if chain and not any(one.getTo() is to for one in outgoing):
-        leads = f"leads to {outgoing[0].getTo().getID()}" if outgoing else "leads nowhere"
-        begin, _, lane = chain[-1].rpartition("_")
-        msg = (
-            f"{file}: connection {connection.getFrom().getID()} to {to.getID()}: its internal lane "
-            f'{chain[-1]} {leads}; a <connection from="{begin}" fromLane="{lane}" to="{to.getID()}" .../> is '
-            f"missing: build the network anew with netconvert"
-        )
-        raise NetworkError(msg)
-    return tuple(chain)
-
-
-def _check_inside(net: Any, file: Path) -> None:  # noqa: ANN401  as above
-    """Raise `NetworkError` if no connection leads over the internal lanes of a junction that has some."""
-    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
-    inside = {edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal"}
-    if inside and not any(used):
-        msg = (
-            f"{file}: no connection names the internal lane that it leads over (via), though there are "
-            f"{len(inside)} internal edges, such as {min(inside)}: build the network anew with netconvert"
-        )
-        raise NetworkError(msg)
-
-
-def _check_led_over(net: Any, file: Path) -> None:  # noqa: ANN401  as above
-    """Raise `NetworkError` if no connection leads over an internal lane, or a junction lists too few."""
-    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
-    inside = sorted(edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal")
-    lanes = (lane.getID() for name in inside for lane in net.getEdge(name).getLanes())
-    if lane := next((lane for lane in lanes if lane not in used), ""):
-        what = f"no connection leads over the internal lane {lane}"
-        msg = f"{file}: {what}: build the network anew with netconvert"
-        raise NetworkError(msg)
-    for node in net.getNodes():
-        has, needs = sum(map(bool, node.getInternal())), len(node._prohibits)  # noqa: SLF001  they have no other name
-        if node.getType() != "internal" and 0 < has < needs:
-            what = f"junction {node.getID()}: {has} lanes in intLanes for {needs} requests"
-            msg = f"{file}: {what}: build the network anew with netconvert"
-            raise NetworkError(msg)

@@ -208,9 +208,9 @@ def _work(pipe: Connection) -> None:
 
 
 def _is_spoiled() -> bool:
-    """Return whether SUMO has refused its input in this process: what it left behind is for no other run."""
+    """Return whether SUMO has left a part of what it refused in this process: it is for no other run."""
     backend = sys.modules.get("loopgate.traffic.libsumo_backend")
-    return backend is not None and bool(backend.refused)
+    return backend is not None and bool(backend.half_built)
 
 
 def _end_with_parent() -> None:

@@ -26,8 +26,12 @@ READS: Mapping[str, Callable[..., Any]] = {
 """Readings of vehicles and lights without the function that the wrapper has for each: a third of the time."""
 
 
-refused: list[str] = []
-"""What SUMO said where it refused to start in this process."""
+half_built: list[str] = []
+"""What SUMO said where it refused its input in the middle of reading, and left a part of it in this process.
+
+Another simulation here can end the process by a signal, so `start_traffic` gives it to a SUMO in a process of
+its own. Where SUMO refuses its options, or takes its network down by itself, nothing is left.
+"""
 
 _claim = Lock()
 _owner: list[str] = []
@@ -47,7 +51,8 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
     try:
         libsumo.start(["sumo", *options])
     except BaseException as error:
-        refused.append(str(error))
+        if libsumo.isLoaded():
+            half_built.append(str(error))
         with suppress(*ERROR):
             libsumo.close()  # a part of what it has read may be there
         _claim.release()

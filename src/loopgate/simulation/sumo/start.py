@@ -86,7 +86,8 @@ def start_traffic(
     options
         SUMO's command line, without the program's name.
     backend
-        ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci.
+        ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci. After libsumo has left a part of what
+        it refused in this process, its place is taken by ``traci``: slower, with the same results.
     log
         SUMO's log, quoted in the error.
     yields
@@ -106,7 +107,7 @@ def start_traffic(
         raise
     except Exception as error:  # the backends raise what they like at the start
         why = _last_error(log) or str(error)
-        if words and "commandline" in why:
+        if words and ("commandline" in why or "processing option" in why):
             why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
@@ -125,7 +126,8 @@ def _backend(
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 
-        return libsumo_backend.start, libsumo_backend.close, libsumo_backend.ERROR, libsumo_backend.READS
+        if not libsumo_backend.half_built:
+            return libsumo_backend.start, libsumo_backend.close, libsumo_backend.ERROR, libsumo_backend.READS
     from loopgate.traffic import traci_backend  # noqa: PLC0415  as above
 
     return partial(traci_backend.start, gui=name == "gui"), None, traci_backend.ERROR, {}

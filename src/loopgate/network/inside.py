@@ -1,0 +1,94 @@
+"""Whether the lanes inside junctions fit the movements and requests of a network: SUMO trusts that they do.
+
+It ends by a signal on many networks in which they do not, without a word. Nets and connections are sumolib's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from loopgate.errors import NetworkError
+
+
+def check_inside(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if the lanes inside junctions do not fit.
+
+    Parameters
+    ----------
+    waiting
+        Requests with ``cont``, as junction and index: a vehicle may wait on the first of two internal lanes.
+    """
+    _check_named(net, file)
+    _check_led_over(net, file)
+    _check_waiting(net, file, waiting)
+
+
+def lanes_over(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
+    """Return the internal lanes of a movement, following the chain through internal junctions.
+
+    Raises `NetworkError` if the last of them does not lead to where the movement does: SUMO itself ends by a
+    signal on some of such networks, without a word.
+    """
+    chain: list[str] = []
+    lane_id, outgoing = connection.getViaLaneID(), []
+    while lane_id and lane_id not in chain:
+        chain.append(lane_id)
+        outgoing = net.getLane(lane_id).getOutgoing()
+        lane_id = outgoing[0].getViaLaneID() if outgoing else ""
+    to = connection.getTo()
+    if chain and not any(one.getTo() is to for one in outgoing):
+        leads = f"leads to {outgoing[0].getTo().getID()}" if outgoing else "leads nowhere"
+        begin, _, lane = chain[-1].rpartition("_")
+        msg = (
+            f"{file}: connection {connection.getFrom().getID()} to {to.getID()}: its internal lane "
+            f'{chain[-1]} {leads}; a <connection from="{begin}" fromLane="{lane}" to="{to.getID()}" .../> is '
+            f"missing: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
+    return tuple(chain)
+
+
+def _check_named(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if no connection leads over the internal lanes of a junction that has some."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = {edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal"}
+    if inside and not any(used):
+        msg = (
+            f"{file}: no connection names the internal lane that it leads over (via), though there are "
+            f"{len(inside)} internal edges, such as {min(inside)}: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
+
+
+def _check_led_over(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if no connection leads over an internal lane, or a junction lists too few."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = sorted(edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal")
+    lanes = (lane.getID() for name in inside for lane in net.getEdge(name).getLanes())
+    if lane := next((lane for lane in lanes if lane not in used), ""):
+        what = f"no connection leads over the internal lane {lane}"
+        msg = f"{file}: {what}: build the network anew with netconvert"
+        raise NetworkError(msg)
+    for node in net.getNodes():
+        has, needs = sum(map(bool, node.getInternal())), len(node._prohibits)  # noqa: SLF001  they have no other name
+        if node.getType() != "internal" and 0 < has < needs:
+            what = f"junction {node.getID()}: {has} lanes in intLanes for {needs} requests"
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_waiting(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if there is no second internal lane for a movement that may wait on the first."""
+    inside = [edge for edge in net.getEdges() if edge.getFunction() == "internal"]
+    second = {c.getViaLaneID() for edge in inside for some in edge.getOutgoing().values() for c in some}
+    for name, index in sorted(waiting):
+        lanes = net.getNode(name).getInternal()
+        lane = lanes[index] if index < len(lanes) else ""
+        if lane and lane not in second:
+            what = (
+                f"junction {name}: request {index} has cont, but its movement only the internal lane {lane}"
+            )
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
