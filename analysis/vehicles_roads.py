@@ -1,11 +1,12 @@
 """Vehicles that decide among themselves on the road, beside the central gate: kilometres and messages.
 
-    python analysis/vehicles_roads.py                     # all: an hour or two
+    python analysis/vehicles_roads.py                     # all: two hours
     python analysis/vehicles_roads.py --part hour --seeds 1
     python analysis/vehicles_roads.py --part costs growth --duration 300
 
-``hour``: the five-by-five grid with 140 and 300 vehicles, positions audited. ``costs``: what range, loss and
-delay take. ``growth``: a grid of 20 x 20 junctions with 100 to 2,000 vehicles. Rows go to a CSV file.
+``hour``: the five-by-five grid with 140 and 300 vehicles and a district of Berlin with 300, positions
+audited. ``costs``: what range, loss and delay take. ``growth``: a grid of 20 x 20 junctions with 100 to 2,000
+vehicles. Seed by seed, so that what is there after a while is of whole seeds. Rows go to a CSV file.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import csv
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +27,11 @@ from loopgate.simulation.scenario import Scenario
 
 GRID = Path(__file__).parents[1] / "networks" / "grid5-priority.net.xml"
 OUT = Path("out/vehicles")
+DISTRICT = Scenario(network="sumo:DRT", loops=60, vehicles=300)
 COLUMNS = (
     *(
         "part",
+        "network",
         "vehicles",
         "seed",
         "decide",
@@ -43,42 +47,40 @@ COLUMNS = (
     *("deadlocks", "clean", "audit", "wall_s"),
 )
 COSTS = (
-    *("vehicles:loss=0.2", "vehicles:loss=0.4", "vehicles:delay=0", "vehicles:delay=0.2"),
-    *("vehicles:delay=0.5", "vehicles:delay=1", "vehicles:range=40", "vehicles:range=60"),
+    *("vehicles:loss=0.1", "vehicles:loss=0.2", "vehicles:loss=0.3", "vehicles:loss=0.4"),
+    *("vehicles:delay=0", "vehicles:delay=0.2", "vehicles:delay=0.3", "vehicles:delay=0.5"),
+    *("vehicles:delay=1", "vehicles:range=30", "vehicles:range=40", "vehicles:range=60"),
 )
 
 
 def cases(parts: list[str], seeds: int, duration_s: float) -> Iterator[tuple[str, Scenario]]:
     """Yield what is run, ``central`` first of each."""
-    if "hour" in parts:
-        for vehicles in (140, 300):
-            for seed in range(1, seeds + 1):
+    for seed in range(1, seeds + 1):
+        if "hour" in parts:
+            for start in (_grid(140), _grid(300), DISTRICT):
                 for decide in ("central", "vehicles", "vehicles:loss=0.1"):
                     yield (
                         "hour",
-                        _grid(
-                            vehicles,
-                            seed=seed,
-                            decide=decide,
-                            duration_s=duration_s or 3600.0,
-                            positions=True,
+                        replace(
+                            start, seed=seed, decide=decide, duration_s=duration_s or 3600.0, positions=True
                         ),
                     )
-    if "costs" in parts:
-        for decide in ("central", "vehicles", "vehicles:loss=0.1", *COSTS):
-            yield "costs", _grid(300, decide=decide, duration_s=duration_s or 1200.0)
-    if "growth" in parts:
-        network = large_grid()
-        for vehicles in (100, 300, 1000, 2000):
-            for decide in ("central", "vehicles"):
-                scenario = Scenario(
-                    network=str(network),
-                    loops=400,
-                    vehicles=vehicles,
-                    decide=decide,
-                    duration_s=duration_s or 600.0,
-                )
-                yield "growth", scenario
+        if "costs" in parts:
+            for decide in ("central", "vehicles", *COSTS):
+                yield "costs", _grid(300, decide=decide, seed=seed, duration_s=duration_s or 1200.0)
+        if "growth" in parts:
+            network = str(large_grid())
+            for vehicles in (100, 300, 1000, 2000):
+                for decide in ("central", "vehicles"):
+                    scenario = Scenario(
+                        network=network,
+                        loops=400,
+                        vehicles=vehicles,
+                        seed=seed,
+                        decide=decide,
+                        duration_s=duration_s or 600.0,
+                    )
+                    yield "growth", scenario
 
 
 def _grid(vehicles: int, **more: Any) -> Scenario:  # noqa: ANN401  as a scenario's
@@ -104,11 +106,12 @@ def large_grid() -> Path:
 
 def row(part: str, scenario: Scenario, central_km: float) -> dict[str, Any]:
     """Run a scenario; return its figures."""
-    summary = simulate(scenario, OUT / "run", overwrite=True)
+    summary = simulate(scenario, OUT / f"run-{part}", overwrite=True)
     found = summary.get("by_messages") or {}
     kinds = found.get("by_kind", {})
     return {
         "part": part,
+        "network": Path(scenario.network).name.partition(".")[0],
         "vehicles": scenario.vehicles,
         "seed": scenario.seed,
         "decide": scenario.decide,
