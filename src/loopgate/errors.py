@@ -131,6 +131,10 @@ class TrafficError(LoopgateError):
     """The traffic simulator refused something or stopped."""
 
 
+class ClosedLaneError(TrafficError):
+    """A stop on a lane that is closed to the vehicle: the simulator takes none there."""
+
+
 class SecondSimulationError(TrafficError):
     """A simulation in a process in which libsumo has one under way."""
 

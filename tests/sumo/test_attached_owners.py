@@ -91,6 +91,38 @@ def test_who_is_put_into_a_junction_gives_back_what_it_holds(gate: loopgate.Atta
     assert figures(gate) == [0] * len(CLEAN)
 
 
+@pytest.mark.parametrize("stands", [True, False])
+def test_who_is_put_a_little_ahead_has_not_driven_there(gate: loopgate.Attached, *, stands: bool) -> None:
+    """SUMO's odometer counts what `moveToXY` does: from its line into the junction is no trespass."""
+    vehicle = ""
+    while not vehicle:
+        steps(gate, 1)
+        some = [v for v in gate.vehicles if not get.getRoadID(v).startswith(":")]
+        held = [v for v in some if get.isStopped(v)] if stands else some
+        far = [v for v in held if stands or 20.0 < get.getLanePosition(v) < 40.0 < 5.0 * get.getSpeed(v)]
+        vehicle = next(iter(far), "")
+    junction = libsumo.edge.getToJunction(get.getRoadID(vehicle))
+    get.moveToXY(vehicle, "", 0, *libsumo.junction.getPosition(junction), keepRoute=1)
+    assert ("end", vehicle, "moved") in steps(gate, 2)
+    assert figures(gate)[:2] == [0, 0]
+
+
+def test_who_is_on_a_lane_that_is_closed_stands_before_its_line(gate: loopgate.Attached) -> None:
+    """SUMO takes no stop there; whatever its owner tells it to drive, it waits for its grant."""
+    lanes = [lane for lane in map(get.getLaneID, gate.vehicles) if not lane.startswith(":")]
+    for lane in lanes:
+        libsumo.lane.setDisallowed(lane, ["passenger"])
+    gate.block("C2C1")  # for ways round that all grants are withheld
+    refused = set()
+    for _ in range(10):
+        refused |= {vehicle for event, vehicle, _ in steps(gate, 1) if event == "refuse"}
+        for vehicle in gate.vehicles:
+            if get.getSpeed(vehicle) == 0.0:
+                get.setSpeed(vehicle, -1.0)
+    assert refused
+    assert figures(gate) == [0] * len(CLEAN)
+
+
 def test_who_is_led_elsewhere_comes_back_or_is_taken_for_moved(gate: loopgate.Attached) -> None:
     """The gate renews the routes of its vehicles; one that drives off its loop has left it."""
     first, second, third = gate.vehicles[:3]

@@ -213,10 +213,13 @@ class FakeTraffic:
             self.fleet[vehicle].braked = self.fleet[vehicle].still = False
         self.fleet[vehicle].resting = False
 
-    def brake(self, vehicle: str) -> None:
+    def brake(self, vehicle: str, *, hard: bool = True) -> None:  # noqa: ARG002  the protocol's
         """Stand at once."""
         self.brakes.append((self.now_s, vehicle))
         self.fleet[vehicle].braked = self.fleet[vehicle].still = True
+
+    def stay_braked(self) -> None:
+        """Nobody else tells vehicles anything."""
 
     def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
         """There is always room."""

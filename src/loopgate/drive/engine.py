@@ -23,7 +23,7 @@ from loopgate.drive.steering import Steering
 from loopgate.drive.step import FULL, Step
 from loopgate.drive.track import Track
 from loopgate.drive.used_stops import UsedStops
-from loopgate.errors import TrafficError
+from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.traffic.base import Traffic
@@ -384,6 +384,9 @@ class Engine:
         line = driver.leg(leg).line
         try:
             on_lane = self._traffic.hold(driver.id, line.edge, line.lane, line.position_m)
+        except ClosedLaneError:  # it stands before its line, since it asked in time
+            driver.row["held_m"] = np.inf
+            self._traffic.brake(driver.id, hard=False)
         except TrafficError:
             # It is stopped whatever the simulator makes of its stop, as in the compiled step.
             driver.row["held_m"] = np.inf

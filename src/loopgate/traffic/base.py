@@ -202,14 +202,17 @@ class Traffic(Protocol):
         """Hold the vehicle: it stops with its front at a position ahead for which it can still brake.
 
         Return False, with nothing done, if it is on that edge already, and on another lane. Raise
-        `TrafficError` if it cannot be held there.
+        `TrafficError` if it cannot be held there; `ClosedLaneError` since the lane is closed to it.
         """
 
     def release(self, vehicle: str) -> None:
         """Undo `hold` and `brake`, standing or not."""
 
-    def brake(self, vehicle: str) -> None:
-        """Stop a held vehicle that overruns its stop as hard as possible."""
+    def brake(self, vehicle: str, *, hard: bool = True) -> None:
+        """Stop a vehicle where it is: one that overruns its stop as hard as possible, another gently."""
+
+    def stay_braked(self) -> None:
+        """Stop vehicles again that were braked: their owner may have told them to drive since."""
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Remove the finished stops of a vehicle on edges other than `edge`.

@@ -332,10 +332,16 @@ class SumoTraffic(SumoStops, SumoLights):
         mode = GATED_SPEED_MODE if vehicle in self._first else self._speed_mode
         return mode & _ANY_LIGHT if vehicle in self._heedless else mode
 
-    def brake(self, vehicle: str) -> None:
+    def brake(self, vehicle: str, *, hard: bool = True) -> None:
         self._braked.add(vehicle)
-        self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
+        if hard:
+            self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
         self._vehicle.setSpeed(vehicle, 0.0)
+
+    def stay_braked(self) -> None:
+        """Stop vehicles again that were braked: their owner may have told them to drive since."""
+        for vehicle in self._braked:
+            self._vehicle.setSpeed(vehicle, 0.0)
 
     def collisions(self) -> Sequence[Collision]:
         if not self._simulation.getCollidingVehiclesNumber():

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from loopgate.errors import TrafficError
+from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 
 _FOR_EVER_S = 1e7
@@ -53,7 +53,7 @@ class SumoStops:
         """Set a stop on this pass that only `release` ends.
 
         Raises `TrafficError` if SUMO refuses it: the vehicle is too close to brake, or the lane is not on its
-        way.
+        way; `ClosedLaneError` if the lane is closed to it.
         """
         get, lane = self._vehicle, f"{edge}_{lane_index}"
         here = self._lane_of(vehicle)
@@ -69,7 +69,8 @@ class SumoStops:
                 get.setStop(vehicle, edge, **stop)
         except self._error as error:
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
-            raise TrafficError(msg) from error
+            closed = self._vehicle.getVehicleClass(vehicle) in self._api.lane.getDisallowed(lane)
+            raise (ClosedLaneError if closed else TrafficError)(msg) from error
         self._holds[vehicle] = lane, position_m
         taken = self._stops_of(vehicle, 1) if alone else self._stop_number(vehicle) is not None
         if not taken:

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from loopgate.drive.codes import NOTHING, TRAFFIC
-from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, RoadNetwork, VehicleType
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.attaching.moves import MOVED_M, Moves
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.fleet.fleet import Fleet, Rules
@@ -26,9 +26,6 @@ _SETTLES_S = 60.0
 """For ways round what stands vehicles are held up for so long at most [s]."""
 
 _LONGER_M = 0.01
-
-_MOVED_M = 3.0
-"""A vehicle further than this from where its odometer puts it has been moved [m]."""
 
 
 class JoiningQueue:
@@ -48,11 +45,12 @@ class JoiningQueue:
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
-        self._traffic, self._network = traffic, network
+        self._traffic = traffic
         self.plan = Plan(network, ())
         self._next: Plan | None = None
         self.fleet = Fleet(network, traffic, recorder, rules)
         """The vehicles under the gate."""
+        self._moves = Moves(network, traffic)
         self._engine = self.fleet.engine
         self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
@@ -111,6 +109,7 @@ class JoiningQueue:
         """Act after a step of the simulation."""
         self._notice()
         if self._members:
+            self._traffic.stay_braked()
             self._heed_dynamics()
             self._heed_speeds(self._engine.vehicles)
             self._heed_stops()
@@ -150,10 +149,10 @@ class JoiningQueue:
             if stop is not None:
                 edge, position_m, beyond = stop
                 at_m = driver.track.ahead(
-                    edge, position_m, driver.line_m if beyond else driver.front_m - _MOVED_M
+                    edge, position_m, driver.line_m if beyond else driver.front_m - MOVED_M
                 )
             driver.row["stop_m"] = at_m
-            if at_m > before_m + _MOVED_M:  # that one is over
+            if at_m > before_m + MOVED_M:  # that one is over
                 self._engine.asks_anew(driver)
 
     def _notice(self) -> None:
@@ -163,8 +162,7 @@ class JoiningQueue:
         present = set(self._traffic.vehicles())
         known = [*self._members, *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen)]
         self.drop([vehicle for vehicle in known if vehicle not in present], GONE)
-        moved = [vehicle for vehicle, driver in self._members.items() if self._is_moved(driver)]
-        self._rejoin(moved, "moved")
+        self._rejoin(self._moves.find(self._members.values()), "moved")
         for newcomer in self.newcomers.values():
             newcomer.seen |= newcomer.vehicle in present
 
@@ -174,29 +172,6 @@ class JoiningQueue:
         again = [Newcomer(v, *kinds[self._members[v].track.loop], now, seen=True) for v in vehicles]
         self.drop(vehicles, reason)
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
-
-    def _is_moved(self, driver: Driver) -> bool:
-        lane, at_m = self._traffic.lane(driver.id)
-        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
-        if lane.startswith(":"):
-            return not self._may_cross(driver, lane, front_m)
-        edge = lane.rpartition("_")[0]
-        if all(name != edge for _, name in driver.track.edges):
-            return True
-        return abs(driver.track.near(edge, at_m, front_m) - front_m) > _MOVED_M
-
-    def _may_cross(self, driver: Driver, lane: str, front_m: float) -> bool:
-        """Return whether a vehicle is in the junction in which its odometer puts it."""
-        edges, lap_m = driver.track.edges, driver.track.lap_m
-        for number, (begin_m, name) in enumerate(edges):
-            edge, until_m = self._network.edges[name], edges[(number + 1) % len(edges)][0]
-            end_m = begin_m + edge.lanes[0].length_m
-            within_m = (front_m - end_m + _MOVED_M) % lap_m
-            if within_m <= (until_m - end_m) % lap_m + 2 * _MOVED_M and lane.startswith(
-                f":{edge.to_junction}_"
-            ):
-                return True
-        return False
 
     def _take_in(self) -> None:
         """Hold newcomers back, and let those join that can."""

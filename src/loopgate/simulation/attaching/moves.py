@@ -1,0 +1,85 @@
+"""Notices that an owner has put a vehicle somewhere else."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable
+from math import isfinite
+
+from loopgate.drive.driver import Driver
+from loopgate.network import RoadNetwork
+from loopgate.traffic.base import Traffic
+
+MOVED_M = 3.0
+"""A vehicle further than this from where its odometer puts it has been moved [m]."""
+
+_ROUNDING_M = 0.5
+"""A vehicle that has driven so much further than it can has been moved [m]."""
+
+
+class Moves:
+    """Compares where SUMO has vehicles with where their odometers put them.
+
+    Parameters
+    ----------
+    network, traffic
+        The roads, and the running simulation.
+    """
+
+    def __init__(self, network: RoadNetwork, traffic: Traffic) -> None:
+        self._network, self._traffic = network, traffic
+        self._seen_s = traffic.now_s
+        self._inside: defaultdict[str, list[tuple[str, str, float, float]]] = defaultdict(list)
+        """Of each lane inside a junction the edges before and behind it, the part of the way across that lies
+        before it, and the part that is a metre of it."""
+        for connection in network.connections:
+            over_m, before_m = network.over_m(connection), 0.0
+            for lane in connection.via:
+                share = 1.0 / over_m if over_m else 0.0
+                way = connection.from_edge, connection.to_edge
+                self._inside[lane].append((*way, before_m * share, share))
+                before_m += network.lanes[lane].length_m
+
+    def find(self, drivers: Iterable[Driver]) -> list[str]:
+        """Return the vehicles that are elsewhere than where they have driven to since the last call."""
+        now = self._traffic.now_s
+        elapsed_s, self._seen_s = now - self._seen_s, now
+        return [driver.id for driver in drivers if self._is_moved(driver, elapsed_s)]
+
+    def _is_moved(self, driver: Driver, elapsed_s: float) -> bool:
+        lane, at_m = self._traffic.lane(driver.id)
+        front_m = self._traffic.odometer(driver.id) + float(driver.row["offset"])
+        driven_m = front_m - driver.front_m
+        if driven_m > _ROUNDING_M and isfinite(driver.row["halted_s"]):
+            return True  # it stands at a stop of the gate's
+        if driven_m > _reach_m(driver, driver.accel_mps2, elapsed_s):
+            can = self._traffic.dynamics(driver.id)  # that may have been set in this step
+            if driven_m > _reach_m(driver, can.accel_mps2, elapsed_s):
+                return True  # the odometer counts what SUMO's `moveToXY` does
+        if lane.startswith(":"):
+            return not self._has_come_into(driver, lane, at_m, front_m)
+        edge = lane.rpartition("_")[0]
+        if all(name != edge for _, name in driver.track.edges):
+            return True
+        return abs(driver.track.near(edge, at_m, front_m) - front_m) > MOVED_M
+
+    def _has_come_into(self, driver: Driver, lane: str, at_m: float, front_m: float) -> bool:
+        """Return whether a vehicle that is inside a junction is as far across it as it has driven."""
+        edges, lap_m = driver.track.edges, driver.track.lap_m
+        ways = self._inside.get(lane, ())
+        for number, (begin_m, name) in enumerate(edges):
+            until_m, onto = edges[(number + 1) % len(edges)]
+            for before, behind, part, each_m in ways:
+                if (before, behind) != (name, onto):
+                    continue
+                end_m = begin_m + self._network.edges[name].lanes[0].length_m
+                across_m = (until_m - end_m) % lap_m
+                off_m = front_m - (end_m + across_m * (part + each_m * at_m))
+                if abs((off_m + lap_m / 2.0) % lap_m - lap_m / 2.0) <= MOVED_M:
+                    return True
+        return False
+
+
+def _reach_m(driver: Driver, accel_mps2: float, elapsed_s: float) -> float:
+    """Return how far a vehicle can have driven, as fast as it was before [m]."""
+    return (driver.speed_mps + accel_mps2 * elapsed_s) * elapsed_s + _ROUNDING_M
