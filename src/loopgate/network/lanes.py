@@ -39,6 +39,7 @@ def make_loop(
     vclass: str = "passenger",
     source: str = "",
     on_lanes: Mapping[str, int] = _ANY,
+    leave_on: Mapping[str, int] = _ANY,
 ) -> Loop:
     """Make the loop over these edges; the last must lead to the first.
 
@@ -63,6 +64,8 @@ def make_loop(
     on_lanes
         Edges on which the vehicle stops, and the lane for it, or -1 for several or any: kept to if there is
         a way.
+    leave_on
+        Edges, and the lane on which to leave each: kept to if there is a way.
 
     Examples
     --------
@@ -80,6 +83,7 @@ def make_loop(
     check_route(network, edges, vclass=vclass, what=what, closed=True)
     layers = find_layers(network, edges, vclass, closed=True)
     found = _fewest_changes(_wanted(layers, edges, on_lanes)) if on_lanes else None
+    found = found or (_fewest_changes(_left_on(layers, edges, leave_on)) if leave_on else None)
     found = found or _fewest_changes(layers)
     if found is None:
         msg = (
@@ -99,6 +103,19 @@ def _wanted(layers: Sequence[Layer], edges: Sequence[str], on_lanes: Mapping[str
         lane = on_lanes.get(edge)
         some = [_choices(layer, lane, whole=whole) for whole in (True, False)] if lane is not None else []
         found.append(next((one for one in some if one), layer))
+    return found
+
+
+def _left_on(layers: Sequence[Layer], edges: Sequence[str], lanes: Mapping[str, int]) -> list[Layer]:
+    """Return the choices by which edges are left on these lanes, where that is possible."""
+    found: list[Layer] = []
+    for edge, layer in zip(edges, layers, strict=True):
+        kept = {
+            enter: [step for step in steps if step[1].onward.from_lane == lanes.get(edge)]
+            for enter, steps in layer.items()
+        }
+        some = {enter: steps for enter, steps in kept.items() if steps}
+        found.append(some or layer)
     return found
 
 

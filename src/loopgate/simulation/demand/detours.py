@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import networkx as nx
 
@@ -59,7 +60,8 @@ class Detours:
         """Return a loop that keeps as much of a loop as it can without these edges.
 
         It leaves the loop at the last junction before them from where a way leads round. It comes back to the
-        loop where the way there and the part of the loop that is left out take the least time together.
+        loop where the way there and the part of the loop that is left out take the least time together. Where
+        there is a choice it keeps to the lanes of the loop: a vehicle that waits on one cannot change.
 
         Returns
         -------
@@ -70,8 +72,11 @@ class Detours:
         if edges is None:
             return None
         name = f"{loop.id}~{'~'.join(edge for edge in loop.edges if edge in avoided)}"
+        same = set(pairwise((*loop.edges, loop.edges[0])))
+        kept = {here for before, here in pairwise((edges[-1], *edges)) if (before, here) in same}
+        lanes = {c.from_edge: c.from_lane for c in loop.movements if c.from_edge in kept}
         with suppress(RouteError, RefusedLoopError):
-            return make_loop(self._network, name, edges, vclass=self._vclass)
+            return make_loop(self._network, name, edges, vclass=self._vclass, leave_on=lanes)
         return None
 
     def _edges_around(self, loop: Loop, avoided: AbstractSet[str]) -> tuple[str, ...] | None:
