@@ -19,6 +19,7 @@ from random import Random
 from typing import Any
 
 import loopgate
+from loopgate.model import StateId
 from loopgate.network import Loop, RoadNetwork, generate_loops
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,8 +47,8 @@ WILD_S = {
     "free": 59,
 }
 """The same with ``--wild``: put into a junction, a street closed and opened again, other brakes for one that
-stands, speed 0 in a junction, led to another end; stands and is named, a street is named, one of these is free
-again."""
+stands, speed 0 in a junction, led to another end; stands and is named, a street is named, one of these is
+free again."""
 
 _AFTER_S = {"open": 40}
 
@@ -154,7 +155,7 @@ class World:
         self._say_what_stands(gate, due, own)
 
     def _put_into_junction(self, vehicle: str) -> None:
-        """Put it into the junction ahead, if nobody is there or about to be: else two would be in one spot."""
+        """Put it into the junction ahead, if nobody is there or about to be: two cannot be in one spot."""
         api = self.api
         junction = api.edge.getToJunction(api.vehicle.getRoadID(vehicle))
         lanes = [lane for lane in api.lane.getIDList() if lane.startswith(f":{junction}_")]
@@ -243,11 +244,7 @@ def run(
                 if now > FIRST_S and wild:
                     world.interfere_wildly(gate, now)
                 api.simulationStep()
-                try:
-                    gate.after_step()
-                except Exception as error:  # noqa: BLE001  whatever leaves it is counted
-                    errors += 1
-                    print(f"seed {seed}, {now} s: {type(error).__name__}: {error}", file=sys.stderr)
+                errors += count_errors(gate, f"seed {seed}, {now} s")
                 misordered += count_misordered(api, gate)
     finally:
         api.close()
@@ -255,15 +252,24 @@ def run(
     return {**gate.summary, **counted, "wall_s": round(time.perf_counter() - began, 1)}
 
 
+def count_errors(gate: loopgate.Attached, when: str) -> int:
+    """Let the gate act after a step; return 1 if it raised an error, which is printed."""
+    try:
+        gate.after_step()
+    except Exception as error:  # noqa: BLE001  whatever leaves it is counted
+        print(f"{when}: {type(error).__name__}: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
 def count_misordered(api: Any, gate: loopgate.Attached) -> int:  # noqa: ANN401  libsumo or traci
     """Return how many vehicles are ahead of the next one on their lane on the road, but not in the books."""
     engine = gate._fleet.engine  # noqa: SLF001  its books are what is looked at
     there = set(api.vehicle.getIDList())
-    on_lanes: dict[tuple[str, str], list[tuple[float, str]]] = {}
+    on_lanes: dict[tuple[StateId, str], list[tuple[float, str]]] = {}
     for driver in engine.drivers:
         if driver.id in there and driver.settled:
-            place = driver.leg(driver.granted).state
-            key = place, api.vehicle.getLaneID(driver.id)
+            key = driver.leg(driver.granted).state, api.vehicle.getLaneID(driver.id)
             on_lanes.setdefault(key, []).append((-api.vehicle.getLanePosition(driver.id), driver.id))
     wrong = 0
     for (place, _), found in on_lanes.items():
