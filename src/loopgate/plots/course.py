@@ -117,7 +117,7 @@ def plot_ranked(
         .mark_bar()
         .encode(
             x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(labelExpr=NUMBER)),
-            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170)),
+            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170, labelOverlap=False)),
             tooltip=tooltip(*fields),
         )
     )

@@ -242,8 +242,12 @@ def _watching(runs: pd.DataFrame, count: int) -> list[str]:
     for series, group in runs[runs[c.VEHICLES] == count].groupby(SERIES, sort=True):
         mean, worst = group[c.IDLENESS].mean(), group[c.WORST_IDLENESS].max()
         if mean == mean and worst == worst:  # noqa: PLR0124 - NaN is what differs from itself
-            parts.append(f"{_said(str(series))} {number(mean)} s on average, {number(worst)} s at worst")
-    return [f"How long edges wait for a visit with {count} vehicles: {'; '.join(parts)}."] if parts else []
+            never = group[c.UNVISITED].max()
+            missed = f", up to {never:g} edges never" if never > 0 else ""
+            said = f"{number(mean)} s on average, {number(worst)} s at worst{missed}"
+            parts.append(f"{_said(str(series))} {said}")
+    told = f"How long edges on loops wait for a visit with {count} vehicles: {'; '.join(parts)}."
+    return [told] if parts else []
 
 
 def _mishaps(runs: pd.DataFrame) -> list[str]:

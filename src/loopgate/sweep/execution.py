@@ -240,6 +240,7 @@ def _from_here(path: Path) -> str:
 
 
 def _manifest(sweep: Sweep, points: Sequence[Point], folder: Path) -> dict[str, Any]:
+    program, *words = sys.argv or [""]  # a script or a notebook has words of its own
     return {
         "name": sweep.name,
         "runs": len(points),
@@ -248,7 +249,7 @@ def _manifest(sweep: Sweep, points: Sequence[Point], folder: Path) -> dict[str, 
         "include": [dict(rule) for rule in sweep.include],
         "exclude": [dict(rule) for rule in sweep.exclude],
         "folder": str(folder),
-        "command": shlex.join(["loopgate", *sys.argv[1:]]),
+        "command": shlex.join(["loopgate", *words]) if Path(program).stem == "loopgate" else "",
         "versions": versions("eclipse-sumo"),
         "keys": [point.key for point in points],
     }

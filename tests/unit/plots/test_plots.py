@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from loopgate.analysis import compute_mean, compute_survival
-from loopgate.plots import figure_svg, plot_edges, plot_mean, plot_survival
+from loopgate.plots import figure_svg, plot_edges, plot_mean, plot_ranked, plot_survival
 from loopgate.plots.charts import Chart
 from loopgate.plots.style import DARK, LIGHT, MAX_SERIES
 
@@ -114,6 +114,16 @@ def test_numbers_on_axes_are_written_as_one_says_them(most: float, labels: set[s
     runs = pd.DataFrame({"gate": ["a", "b"], "vehicles": [1, 1], "hours": [most / 4, most]})
     drawn = figure_svg(plot_mean(compute_mean(runs=runs, value="hours", by=["gate", "vehicles"])))
     assert labels <= set(re.findall(r">([^<>]+)</text>", drawn))
+
+
+@pytest.mark.parametrize("rows", [3, 4, 10])
+def test_each_bar_has_its_label(rows: int) -> None:
+    """Also where they are close together."""
+    causes = pd.DataFrame(
+        {"reason": [f"cause {n}" for n in range(rows)], "wait_s": [float(n + 1) for n in range(rows)]}
+    )
+    drawn = figure_svg(plot_ranked(causes, of="reason", value="wait_s"))
+    assert len(re.findall(r"cause \d+</text>", drawn)) == rows
 
 
 def test_a_map_names_streets_where_the_network_does() -> None:

@@ -64,6 +64,24 @@ def test_rows_say_what_determines_them(fake_runner: str, tmp_path: Path) -> None
     assert row["lap_quantiles_s"][0] >= 100
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["/bin/loopgate", "sweep", "a b.toml"], "loopgate sweep 'a b.toml'"),
+        (["study.py", "3"], ""),
+        ([], ""),
+    ],
+)
+def test_only_a_command_is_told_as_one(
+    fake_runner: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str], told: str
+) -> None:
+    """A sweep that a script or a notebook makes is not made again by ``loopgate`` with the script's words."""
+    monkeypatch.setattr(sys, "argv", words)
+    with ThreadPoolExecutor(1) as pool:
+        run_sweep(Sweep("s", {"vehicles": 5}, {"seed": [1]}), tmp_path, executor=pool, runner=fake_runner)
+    assert read_results(tmp_path).manifest["command"] == told
+
+
 def test_failures_are_rows_and_the_sweep_goes_on(fake_runner: str, tmp_path: Path) -> None:
     """An error of the package, a bug, a crash and a hang each fail their own run only."""
     trouble = ["none", "raise", "bug", "die", "hang"]
