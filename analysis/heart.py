@@ -3,8 +3,8 @@
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
 Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
-of SUMO's own steps. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s, drawn by SUMO. The ledger knows no
-stops yet (docs/heart.md).
+of SUMO's own steps. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s, drawn by SUMO; ``--routes FILE``
+and ``--stops FILE`` take vehicles with stops. What the ledger does not do is in docs/heart.md.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import gc
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import process_time
@@ -32,8 +32,9 @@ from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as ordinary_traffic
+from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import usual
+from loopgate.control.rules import Reserve, usual
 from loopgate.control.sight import Sight
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
@@ -76,6 +77,11 @@ class Driven:
     """How many vehicles came in after the beginning."""
     ordinary: int
     """How many ordinary vehicles have been met."""
+    served: int
+    missed: int
+    """`served`, `missed`: how many stops have been made and not made."""
+    late_back_s: float
+    """For how long vehicles stood parked beyond their stops [s]."""
 
 
 class Turnover:
@@ -154,17 +160,25 @@ def lay_out(
     traffic: Traffic,
     slots: Mapping[str, int],
     drawn: Sequence[Sequence[Leg]],
-) -> tuple[Layout, list[Rule], Sight | None]:
-    """Return places and paths, the rules about what comes from outside, and what sees ordinary traffic."""
+) -> tuple[Layout, list[Rule], Sight | None, Callable[[Vehicle], bool]]:
+    """Return places and paths, the rules about what comes from outside, and what sees ordinary traffic.
+
+    And what says whether a vehicle that comes back from beside the road has room.
+    """
     lamps = Lamps(traffic)
     signals = signals_in(assembly, lamps) if scenario.rule_for_lights == "obey" else {}
     outside: list[Rule] = [light] if signals else []
     if not scenario.traffic:
-        return Layout(slots, drawn, signals), outside, None
+        return Layout(slots, drawn, signals), outside, None, lambda _: True
     around = LaidRoads(assembly.network, lamps.__getitem__)
     sight = Sight(around.map, traffic)
     outside.append(ordinary_traffic(sight, around.slack))
-    return Layout(slots, drawn, signals, around.add), outside, sight
+    return Layout(slots, drawn, signals, around.add), outside, sight, around.slack.has_room
+
+
+def places_of(scenario: Scenario, assembly: Assembly) -> tuple[Path, ...]:
+    """Return the additional files with stopping places."""
+    return tuple(dict.fromkeys((*scenario.stop_files, *assembly.stop_files)))
 
 
 def draw_trips(network: str, every_s: float, end_s: float, seed: int, file: Path) -> None:
@@ -221,7 +235,6 @@ def drive(
     slots = {**cast("Abstraction", assembly.abstraction).room, **slots} if later else slots
     slots |= {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
     drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
-    crowded = max(0.0, 1.0 - len(ways) / sum(slots.values()))
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
     among, own = bool(scenario.traffic), set(assembly.names)
@@ -231,7 +244,7 @@ def drive(
         options = [
             "--net-file",
             str(assembly.network.file),
-            *write_sumo_input(here, folder, later=assembly.everybody),
+            *write_sumo_input(here, folder, beside=places_of(scenario, assembly), later=assembly.everybody),
         ]
         options += plain_options(scenario, folder / "log")
         if among:
@@ -239,9 +252,10 @@ def drive(
         traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
-            layout, outside, sight = lay_out(scenario, assembly, traffic, slots, drawn)
-            ledger = Ledger(usual(crowded, outside), everybody=everybody, step_s=scenario.step_s)
-            driving = Driving(traffic, layout, ledger, sight)
+            layout, outside, sight, has_room = lay_out(scenario, assembly, traffic, slots, drawn)
+            reserve = Reserve()
+            ledger = Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s)
+            driving = Driving(traffic, layout, ledger, sight, assembly.stops, has_room, reserve)
             driving.take_in(ways[: len(here)])
             trips = Trips(traffic, driving, assembly.departures)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
@@ -280,6 +294,9 @@ def drive(
         on_red=driving.lights.on_red,
         joined=turnover.joined,
         ordinary=sight.met if sight else 0,
+        served=driving.stops.served,
+        missed=driving.stops.missed,
+        late_back_s=driving.parking.late_s,
     )
 
 
@@ -293,6 +310,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--lights", default="off", choices=["off", "obey"])
     parser.add_argument("--watched", action="store_true", help="count vehicles that wait though free to go")
+    parser.add_argument("--routes", default="", help="file with the vehicles")
+    parser.add_argument("--stops", default="", help="additional files with stopping places")
     parser.add_argument("--ordinary", type=float, default=0.0, help="an ordinary trip every so many seconds")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -309,8 +328,10 @@ def compare(given: argparse.Namespace, folder: Path) -> None:
             draw_trips(given.network, given.ordinary, given.duration, seed, trips)
         scenario = Scenario(
             network=given.network,
-            vehicles=given.vehicles,
+            vehicles=0 if given.routes else given.vehicles,
             loops=given.loops,
+            routes=given.routes,
+            stops=given.stops,
             duration_s=given.duration,
             lights=given.lights,
             seed=seed,
@@ -321,15 +342,18 @@ def compare(given: argparse.Namespace, folder: Path) -> None:
         tables = simulate(scenario)
         clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
         cost, costs = mine.gate_s / mine.sumo_s, tables["wall_s"]["gate"] / tables["wall_s"]["sumo"]
+        stops = tables.get("stops", {"served": 0, "missed": 0})
+        told = f"{stops['served']} stops, {stops['missed']} missed, " if mine.served else ""
         free = f"{mine.free_to_go} free to go, " if given.watched else ""
         free += f"{mine.ordinary} ordinary vehicles, " if given.ordinary else ""
+        free += f"{mine.served} stops, {mine.missed} missed, " if mine.served else ""
         sys.stdout.write(
             f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
             f"{mine.collisions} collisions, {mine.trespasses} trespasses, {mine.on_red} on red, {free}"
             f"audit {clean}, {cost:.0%} on top of SUMO\n"
             f"seed {seed} tables: {tables['distance_km']:.1f} km, "
             f"longest wait {tables['longest_wait_s']:g} s, "
-            f"{tables['collisions']} collisions, audit {tables['audit']}, {costs:.0%} on top of SUMO\n"
+            f"{tables['collisions']} collisions, {told}audit {tables['audit']}, {costs:.0%} on top of SUMO\n"
         )
         figures = mine.km / tables["distance_km"], mine.longest_s, tables["longest_wait_s"], cost / costs
         sums = [before + figure for before, figure in zip(sums, figures, strict=True)]

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from random import Random
 
 import heart  # in analysis/
 import pytest
 
 from loopgate.control import crossings, driving, lamps, ledger, lights, steering
 from loopgate.control.places import Vehicle
+from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario
 
@@ -135,6 +137,64 @@ def test_vehicles_drive_among_ordinary_ones_on_the_grid(drawn: Path) -> None:
     assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
     assert driven.ordinary > 80
     assert driven.km > 80
+
+
+def stopping(folder: Path, routes: str, places: str = "", duration_s: float = 400.0) -> heart.Driven:
+    """Drive vehicles with stops on the grid; return what came of it."""
+    (folder / "my.rou.xml").write_text(f"<routes>{routes}</routes>")
+    (folder / "my.add.xml").write_text(f"<additional>{places}</additional>")
+    stops = str(folder / "my.add.xml") if places else ""
+    made = Scenario(
+        network=str(GRID), routes=str(folder / "my.rou.xml"), stops=stops, duration_s=duration_s, seed=1
+    )
+    return heart.drive(made, assemble(made), watched=True)
+
+
+def test_vehicles_stop_all_over_a_busy_grid(tmp_path: Path) -> None:
+    """Under the tables they drive 96.5 km and stop 354 times."""
+    loops, draw = generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0)), Random(3)
+    lines = []
+    for number, loop in enumerate(loops):
+        stops = ""
+        for edge in loop.edges[::3]:
+            end_m, duration_s = draw.uniform(8.0, 79.0), draw.choice((5, 12, 25))
+            stops += (
+                f'<stop lane="{edge}_0" startPos="{end_m - 2}" endPos="{end_m}" duration="{duration_s}"/>'
+            )
+        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
+        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
+    driven = stopping(tmp_path, "".join(lines))
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.missed) == (0, 0, 0, 0)
+    assert driven.km == pytest.approx(96.5, rel=0.02)
+    assert driven.served == pytest.approx(354, rel=0.03)
+
+
+RING = 'edges="B2C2 C2C1 C1B1 B1B2"'
+
+
+def test_vehicles_park_beside_a_busy_street_and_come_back(tmp_path: Path) -> None:
+    """Under the tables they stop 45 times, and stand parked for 445 s beyond their stops."""
+    places = (
+        '<parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>'
+        '<parkingArea id="kerb" lane="B1B2_0" startPos="10" endPos="70" roadsideCapacity="6"/>'
+    )
+    routes = (
+        f'<route id="ring" {RING}/>'
+        f'<route id="long" {RING}><stop parkingArea="yard" duration="600"/></route>'
+        f'<route id="short" {RING}><stop parkingArea="kerb" duration="60"/></route>'
+        '<flow id="r" route="ring" begin="0" period="5" number="14"/>'
+        '<flow id="s" route="short" begin="2" period="9" number="8"/>'
+        '<vehicle id="l" route="long" depart="0"/><vehicle id="m" route="long" depart="20"/>'
+    )
+    driven = stopping(tmp_path, routes, places, 900.0)
+    assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.missed) == (0, 0, 0, 0)
+    events = driven.events["event"].value_counts()
+    assert driven.served == pytest.approx(45, abs=3)
+    assert 0 <= events["park"] - events["return"] <= 10
+    assert events["return"] > 39
+    assert driven.longest_s < 60.0
+    assert driven.late_back_s < 600.0
 
 
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,6 +48,11 @@ def closes_by_entering(leg: Leg) -> bool:
     return chain.closes_by_entering(_LINES, leg.place, free=_LINES.free(leg.place), onward=onward)
 
 
+def closes_by_returning(place: Place, first: Vehicle) -> bool:
+    """Return whether one more vehicle in the place closes a circle of full places, with that one first."""
+    return len(place.line) + 1 >= place.slots and chain.leads_round(_LINES, first.wanted(), place)
+
+
 def circle_from(place: Place) -> list[Place]:
     """Return the circle of full places that `place` waits for; none if its vehicles can move some day."""
     return chain.circle_from(_LINES, place)

@@ -47,6 +47,8 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             if foe is None or trip.vehicle is vehicle:
                 continue
             other = trip.vehicle
+            if other.stops_here():
+                return Hindrance(other, -inf)
             shared = trip.over.foes.get(over.movement)
             if shared is None or inf in (shared.to_m, foe.to_m):
                 return Hindrance(other, trip.clear_m)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import process_time
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -16,10 +17,14 @@ from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
+from loopgate.control.parking import Parking
 from loopgate.control.places import Leg, Make, Vehicle
+from loopgate.control.rules import Reserve
 from loopgate.control.sight import Sight
 from loopgate.control.steering import STANDING_MPS, Steering
+from loopgate.control.stops import Stops
 from loopgate.errors import TrafficError
+from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Insertion, Traffic
 
@@ -54,8 +59,8 @@ class Way:
 class Driving:
     """Vehicles on their ways, under the rules of a ledger.
 
-    No stops: these, and what else the tables of `loopgate.drive` do besides, are missing. All vehicles are
-    read in one go after a step; the rest costs only for vehicles that reached something.
+    What the tables of `loopgate.drive` do besides, as spacing, is missing. All vehicles are read in one go
+    after a step; the rest costs only for vehicles that reached something.
 
     Parameters
     ----------
@@ -65,13 +70,31 @@ class Driving:
         Places and paths; who holds and waits. The ledger is empty.
     sight
         Of ordinary traffic, if there is any.
+    stops
+        Where vehicles stop in every round, by vehicle, in the order of its loop.
+    has_room
+        Whether there is room for a vehicle in its place, ordinary vehicles considered.
+    reserve
+        How much room is left in crowded places, if that is to follow from who drives round.
     """
 
-    def __init__(self, traffic: Traffic, layout: Layout, ledger: Ledger, sight: Sight | None = None) -> None:
+    def __init__(
+        self,
+        traffic: Traffic,
+        layout: Layout,
+        ledger: Ledger,
+        sight: Sight | None = None,
+        stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
+        has_room: Callable[[Vehicle], bool] = lambda _: True,
+        reserve: Reserve | None = None,
+    ) -> None:
         self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, list[Leg]] = {}
+        self._reserve = reserve
+        self._round: dict[str, list[Leg]] = {}
+        """The paths of those that drive round."""
         self.diaries: list[Diary] = []
         self._ids: list[str] = []
         self._lines: list[tuple[Drawn, ...]] = []
@@ -80,6 +103,8 @@ class Driving:
         self.steering = Steering(traffic)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
+        self.parking = Parking(traffic, ledger, has_room, self.rows)
+        self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
         self._coming: list[Way] = []
@@ -160,6 +185,23 @@ class Driving:
         self._front = np.append(self._front, fronts)
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
+        for way in ways:
+            vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
+            self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
+            if again:
+                self._round[way.vehicle] = self._path(way)
+        if any(way.vehicle in self._round for way in ways):
+            self._leave_room()
+
+    def _leave_room(self) -> None:
+        """Say how much room is to be left in crowded places."""
+        if self._reserve is not None:
+            paths = {id(path): path for path in self._round.values()}
+            places = {leg.place: None for path in paths.values() for leg in path}
+            self._reserve.room_for(len(self.ledger.vehicles), places)
+            for vehicle in self.ledger.waiting:
+                if vehicle.reason == "reserve":
+                    self.ledger.wake(vehicle)
 
     def has_room_for(self, way: Way) -> bool:
         """Return whether a vehicle may come in at its start: a slot, no circle, and all there before it."""
@@ -186,9 +228,12 @@ class Driving:
         self.longest_s = max(self.longest_s, vehicle.longest_s, waits_s)
         self.ledger.leave(vehicle)
         self._changes += 1
+        if self._round.pop(name, None) is not None:
+            self._leave_room()
         self.steering.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
+        self.stops.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
@@ -222,6 +267,7 @@ class Driving:
             if vehicle.held:
                 self._hold(vehicle)
             self.ledger.consider(vehicle)
+        self.stops.look()
         self._answer(now_s)
         if now_s >= self._look_s:
             self._look_s = now_s + _LOOK_EVERY_S
@@ -271,7 +317,7 @@ class Driving:
         """Lead back who stands beside the lane of its loop, from where its way may not go on."""
         for diary in self.diaries:
             vehicle = diary.vehicle
-            if vehicle.speed >= STANDING_MPS or vehicle.held or vehicle.steered:
+            if vehicle.speed >= STANDING_MPS or vehicle.held or vehicle.steered or not vehicle.bodies:
                 continue
             body = vehicle.bodies[0]
             line = self._drawn(vehicle, vehicle.granted - len(vehicle.bodies) + 1).line
@@ -282,6 +328,7 @@ class Driving:
 
     def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
+        self.stops.renewed(vehicle)
         renewed_on = self.diaries[vehicle.row].renewed_on
         if not vehicle.held:
             self.steering.renew(vehicle, renewed_on)

@@ -27,8 +27,11 @@ PATIENCE_THERE_S: Final = 10.0
 GIVES_WAY_S: Final = 10.0
 """How long one that the chain rule has refused keeps nothing for itself [s]."""
 
+_OUTSIDE: Final = ("red", "traffic")
+"""Refusals that something outside lifts."""
+
 _THROUGH_RED_S: Final = 120.0
-"""After this long a mover's way is kept clear while its light is red too [s]."""
+"""After this long a mover's way is kept clear all the same [s]."""
 
 
 def kept(vehicle: Vehicle, now_s: float) -> Refusal | None:
@@ -72,11 +75,7 @@ class Keeping:
             movement.kept_for = None
         self._places.clear()
         self._movements.clear()
-        old: list[Vehicle] = []
-        for vehicle in self._waiting:
-            if now_s - vehicle.since_s < PATIENCE_THERE_S:
-                break
-            old.append(vehicle)
+        old = self._old(now_s)
         self._serve(old, now_s)
         short: set[Place] = set()
         for vehicle in old:
@@ -87,9 +86,19 @@ class Keeping:
             patience_s = PATIENCE_THERE_S if vehicle.leg.place in short else PATIENCE_S
             if full_after(vehicle).circle():
                 vehicle.blocked_s = now_s  # whether it is asked about in this step or not
-            late = now_s - vehicle.since_s >= patience_s and vehicle.reason != "red"
+            late = now_s - vehicle.since_s >= patience_s and vehicle.reason not in _OUTSIDE
             if late and now_s - vehicle.blocked_s >= GIVES_WAY_S:
                 self._keep_for(vehicle)
+
+    def _old(self, now_s: float) -> list[Vehicle]:
+        """Return the vehicles that have waited for a while, but for those that stop: that ends by itself."""
+        old: list[Vehicle] = []
+        for vehicle in self._waiting:
+            if now_s - vehicle.since_s < PATIENCE_THERE_S:
+                break
+            if not vehicle.stops_here():
+                old.append(vehicle)
+        return old
 
     def _keep_for(self, vehicle: Vehicle) -> None:
         """Keep the last slot for a vehicle, and its way if a slot is left, unless they are kept already."""
@@ -122,7 +131,9 @@ class Keeping:
             way = full_before(vehicle)
             mover = next_mover(vehicle)
             wanted = None if mover is None else mover.wanted()
-            if mover is None or wanted is None or not self._looked_at.isdisjoint([*way, wanted]):
+            if mover is None or wanted is None or mover.stops_here():
+                continue
+            if not self._looked_at.isdisjoint([*way, wanted]):
                 continue
             places = turned.get(vehicle, set()) | set(way)
             if vehicle in turned or len(closes(_last(way))) > 0:
@@ -134,8 +145,8 @@ class Keeping:
             self._looked_at |= places | {wanted}
             self._named_s[mover] = named_s.get(mover, now_s)
             served += 1
-            at_red = mover.reason == "red" and now_s - self._named_s[mover] < _THROUGH_RED_S
-            if mover.asks and not at_red:
+            outside = mover.reason in _OUTSIDE and now_s - self._named_s[mover] < _THROUGH_RED_S
+            if mover.asks and not outside:
                 self._keep_for(mover)
         self.most_served = max(self.most_served, served)
 

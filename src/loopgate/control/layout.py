@@ -57,7 +57,7 @@ class Layout:
             for number, drawn in enumerate(way)
         ]
         for leg, drawn in zip(legs, way, strict=True):
-            leg.guided = bool(drawn.guides)
+            leg.guided, leg.slot_m = bool(drawn.guides), float(drawn.slot_m)
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
         joined(legs, closed=not way[-1].away)
         if self._around is not None:

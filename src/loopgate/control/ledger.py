@@ -71,6 +71,7 @@ class Ledger:
         self._looking: list[Vehicle] = []
         self._near: list[Vehicle] = []
         self._alarms: list[tuple[float, int, Vehicle]] = []
+        self._shut: list[Place] = []
 
     def take_in(
         self, name: str, path: list[Leg], position: int, make: Make = POINT, lap_m: float = 0.0
@@ -98,7 +99,8 @@ class Ledger:
         del self.vehicles[vehicle.name]
         vehicle.asks = vehicle.near = False
         self.waiting.pop(vehicle, None)
-        self._go_out(vehicle)
+        if vehicle in vehicle.leg.place.line:
+            self._go_out(vehicle)
         for trip in vehicle.trips:
             trip.over.movement.junction.trips.remove(trip)
         vehicle.trips = []
@@ -209,10 +211,47 @@ class Ledger:
         self._near = still
 
     def consider(self, vehicle: Vehicle) -> None:
-        """Let a vehicle ask again that was steered: now if it must, else in time."""
-        if not vehicle.asks and vehicle.line_m < inf and vehicle.must_ask(self.step_s):
+        """Let a vehicle ask again that was steered or stopped: now if it must, else in time."""
+        if not (vehicle.asks or vehicle.beside) and vehicle.line_m < inf and vehicle.must_ask(self.step_s):
             self._must_ask(vehicle)
         self._aim(vehicle)
+
+    def withdraw(self, vehicle: Vehicle) -> None:
+        """Forget the request of a vehicle, if it has one."""
+        vehicle.asks = False
+        self.waiting.pop(vehicle, None)
+
+    def shut(self, place: Place) -> None:
+        """Let nobody into a place, until `open_up`."""
+        place.shut = True
+        self._shut.append(place)
+
+    def open_up(self) -> None:
+        """Let vehicles into all places again."""
+        shut, self._shut = self._shut, []
+        for place in shut:
+            place.shut = False
+            self._wake_waiting(place)
+
+    def step_aside(self, vehicle: Vehicle) -> bool:
+        """Let a vehicle that parks give up its slot; return whether it does.
+
+        It does where it holds one place as a whole; until it has a slot again it is in none.
+        """
+        if vehicle.trips or len(vehicle.bodies) != 1 or vehicle.beside:
+            return False
+        self.withdraw(vehicle)
+        vehicle.near, vehicle.beside = False, True
+        self._go_out(vehicle)
+        self._give_back(vehicle.bodies.pop())
+        self._aim(vehicle)
+        return True
+
+    def take_slot(self, body: Body, at: int) -> None:
+        """Let a body hold a slot of its place, behind so many others."""
+        self._change(body.place)
+        body.place.bodies.insert(at, body)
+        body.vehicle.bodies.append(body)
 
     def _must_ask(self, vehicle: Vehicle) -> None:
         first = vehicle.leg.place.line[0]
@@ -226,7 +265,7 @@ class Ledger:
     def _aim(self, vehicle: Vehicle) -> None:
         """Say where something is to be done next for a vehicle."""
         due_m = vehicle.line_m + TOLERANCE_M if vehicle.line_m > vehicle.front_m - TOLERANCE_M else inf
-        if not (vehicle.asks or vehicle.near or vehicle.steered):
+        if not (vehicle.asks or vehicle.near or vehicle.steered or vehicle.beside):
             asks_m = vehicle.asks_from_m()
             if vehicle.front_m < asks_m:
                 due_m = asks_m
@@ -316,11 +355,9 @@ class Ledger:
     def _go_in(self, vehicle: Vehicle, begins_m: float) -> Body:
         """Put a vehicle last into the line of the place of its last granted leg."""
         place = vehicle.leg.place
-        self._change(place)
         place.line.append(vehicle)
         body = Body(vehicle, place, begins_m, vehicle.line_m + vehicle.make.length_m)
-        place.bodies.append(body)
-        vehicle.bodies.append(body)
+        self.take_slot(body, len(place.bodies))
         self.wake(place.line[0])
         return body
 
@@ -339,10 +376,13 @@ class Ledger:
                 self._must_ask(other)
 
     def _take_out(self, body: Body) -> None:
-        """Give back the slot of a body."""
+        """Give back the slot of a body, whose rear has left."""
+        self.log.append((LEFT, body.vehicle, body.place, ""))
+        self._give_back(body)
+
+    def _give_back(self, body: Body) -> None:
         self._change(body.place)
         body.place.bodies.remove(body)
-        self.log.append((LEFT, body.vehicle, body.place, ""))
         self._wake_waiting(body.place)
 
     def _wake_waiting(self, place: Place) -> None:

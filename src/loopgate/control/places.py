@@ -21,11 +21,11 @@ class Place:
     vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
     `held_before`: how many bodies there were before the first change in the turn `changed` of the ledger.
     `kept_for`: whose the last slot is; `served`: whether that vehicle must move next; `barred`: whether
-    no other vehicle may come in at all.
+    no other vehicle may come in at all. `shut`: whether nobody comes in for now.
     """
 
     __slots__ = (
-        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "served", "slots",
+        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "served", "shut", "slots",
         "waiting",
     )  # fmt: skip
 
@@ -36,7 +36,7 @@ class Place:
         self.bodies: list[Body] = []
         self.waiting: list[Vehicle] = []
         self.kept_for: Vehicle | None = None
-        self.served = self.barred = False
+        self.served = self.barred = self.shut = False
         self.changed = -1
         self.held_before = 0
 
@@ -125,10 +125,10 @@ class Leg:
 
     `after`: the leg that follows it; None where the path ends. `passes`: the crossing between the two.
     `number`: its position on the path. `guided`: whether vehicles are steered between the two. `stretch`:
-    where it lies on the road, if there is ordinary traffic.
+    where it lies on the road, if there is ordinary traffic. `slot_m`: the room that a vehicle needs [m].
     """
 
-    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place", "stretch")
+    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place", "slot_m", "stretch")
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
         self.place: Final = place
@@ -139,6 +139,7 @@ class Leg:
         self.passes: list[Pass] = []
         self.guided = False
         self.stretch: Stretch | None = None
+        self.slot_m = 0.0
 
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
@@ -227,13 +228,15 @@ class Vehicle:
     on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
     holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
     where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
-    when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing.
+    when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
+    where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
+    `beside`: whether it stands there and holds none, or is not yet back on the road.
     """
 
     __slots__ = (
-        "asks", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m", "leg",
-        "line_m", "longest_s", "make", "name", "near", "number", "reason", "refused_s", "row", "since_s",
-        "speed", "steered", "trips", "watchers", "woken",
+        "asks", "beside", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m",
+        "leg", "line_m", "longest_s", "make", "name", "near", "number", "parks", "reason", "refused_s",
+        "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -257,11 +260,21 @@ class Vehicle:
         self.woken = False
         self.near = False
         self.steered = False
+        self.stop_m = inf
+        self.parks = self.beside = False
         self.reason = ""
         self.refused_s: dict[str, float] = {}
         self.blocked_s = -inf
         self.since_s = 0.0
         self.longest_s = 0.0
+
+    def stops_here(self) -> bool:
+        """Return whether it is to stop by itself, or does, before the end of its last granted leg."""
+        return self.stop_m < self.line_m
+
+    def left_m(self) -> float:
+        """Return how far it is from there [m]."""
+        return self.line_m - self.front_m
 
     def wanted(self) -> Place | None:
         """Return the place that it wants next; None where its path ends."""

@@ -20,6 +20,10 @@ _GAP_M: Final = 2.5
 """Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
 
 
+_CLEAR_M: Final = 40.0
+"""So far behind a vehicle that drives onto its lane from beside it no ordinary vehicle may be [m]."""
+
+
 def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
     """Return how many more vehicles of a length fit into a place beside ordinary ones and vehicles `there`.
 
@@ -65,9 +69,31 @@ class Slack:
     def too_tight(self, vehicle: Vehicle) -> list[Place]:
         """Return the places in which the move into the next leg leaves too little room, if there are such."""
         leg = vehicle.leg.after
-        if leg is None or leg.stretch is None or leg.stretch.is_away:
+        if leg is None:
+            return []
+        return self._too_tight(
+            vehicle, leg, vehicle.leg.place, vehicle.after_begins_m(leg) + leg.end_m - leg.begin_m
+        )
+
+    def has_room(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle has room that comes back from beside the road, in place and circle."""
+        stretch, line_m = vehicle.leg.stretch, vehicle.line_m
+        if stretch is None:
+            return True
+        here_m = stretch.end_m - vehicle.left_m()
+        for other in stretch.lane.fronts:
+            if -_CLEAR_M < other.position_m - here_m < other.length_m:
+                return False
+        holders = [body.vehicle for body in vehicle.leg.place.bodies]
+        if fit(stretch, holders, vehicle.make.length_m) < 1.0:
+            return False
+        return not self._too_tight(vehicle, vehicle.leg, None, line_m)
+
+    def _too_tight(self, vehicle: Vehicle, leg: Leg, here: Place | None, line_m: float) -> list[Place]:
+        """Return the same of the move from `here` into a leg that ends at `line_m` of its way."""
+        if leg.stretch is None or leg.stretch.is_away:
             return []  # a vehicle that arrives leaves room
-        entered, here = leg.place, vehicle.leg.place
+        entered = leg.place
         moves_first = entered.served and entered.kept_for is vehicle
         circle: dict[Place, None] = {}
         holes, length_m, crowded = 0.0, vehicle.make.length_m, False
@@ -85,7 +111,7 @@ class Slack:
             if first is not None:
                 end_m, its_leg = first.line_m, first.leg
             else:
-                end_m, its_leg = vehicle.after_begins_m(leg) + leg.end_m - leg.begin_m, leg
+                end_m, its_leg = line_m, leg
                 first = vehicle if place is entered else None
             if first is not None and not _is_before(other, first, end_m, stretch):
                 other = _stands_behind(its_leg)

@@ -6,6 +6,7 @@ import pytest
 
 from loopgate.control.chain import circle_from, closes, closes_by_entering
 from loopgate.control.ledger import Ledger
+from loopgate.control.parking import come_back, has_slot_for, line_up
 from loopgate.control.places import Place, path_of
 from loopgate.control.rules import usual
 
@@ -62,3 +63,69 @@ def test_nobody_is_taken_in_twice_or_into_a_full_place() -> None:
         ledger.take_in("car", path, 0)
     with pytest.raises(ValueError, match="vehicle bus does not fit into place a: its 1 slots are taken"):
         ledger.take_in("bus", path, 0)
+
+
+def test_nobody_is_let_go_before_a_stop_of_its_own_nor_behind_one_that_leaves_no_room() -> None:
+    a, b = Place("a", 4), Place("b", 4)
+    path = path_of([a, b], closed=True)
+    for leg, begin_m in zip(path, (0.0, 40.0), strict=True):
+        leg.begin_m, leg.end_m, leg.slot_m = begin_m, begin_m + 30.0, 7.5  # type: ignore[misc]
+    ledger = Ledger(usual())
+    stops, follows = (
+        ledger.take_in("stops", path, 0, lap_m=80.0),
+        ledger.take_in("follows", path, 0, lap_m=80.0),
+    )
+    stops.stop_m = 60.0  # 20 m into b: two slots
+    ledger.ask(stops)
+    assert ledger.answer() == [stops]
+    ledger.ask(stops)
+    assert ledger.answer() == []
+    assert stops.reason == "stop"
+    ledger.ask(follows)
+    assert ledger.answer() == [follows]
+    third = ledger.take_in("third", path, 0, lap_m=80.0)
+    ledger.ask(third)
+    assert ledger.answer() == []
+    assert third.reason == "stop"
+    stops.stop_m = 140.0
+    assert set(ledger.answer()) == {stops, third}
+
+
+def test_one_that_parks_gives_up_its_slot_and_comes_back_where_it_stands() -> None:
+    a, b = Place("a", 3), Place("b", 2)
+    path = path_of([a, b], closed=True)
+    for leg, begin_m in zip(path, (0.0, 40.0), strict=True):
+        leg.begin_m, leg.end_m = begin_m, begin_m + 30.0  # type: ignore[misc]
+    ledger = Ledger(usual())
+    cars = [ledger.take_in(name, path, 0, lap_m=80.0) for name in ("first", "parks", "last")]
+    for car, front_m in zip(cars, (28.0, 20.0, 10.0), strict=True):
+        car.front_m = front_m
+    first, parks, last = cars
+    ledger.ask(first)
+    assert ledger.step_aside(parks)
+    assert (a.line, len(a.bodies)) == ([first, last], 2)
+    assert ledger.answer() == [first]
+    ledger.shut(b)
+    ledger.ask(last)
+    assert (ledger.answer(), last.reason) == ([], "occupied")
+    ledger.open_up()
+    assert has_slot_for(parks)
+    come_back(ledger, parks)
+    assert a.line == [parks, last]
+    assert not last.asks  # it is first no longer
+    last.front_m = 25.0  # it drives past while the other is still parked
+    line_up(ledger, parks)
+    assert a.line == [last, parks]
+    ledger.ask(last)
+    assert ledger.answer() == [last]
+
+
+def test_nobody_comes_back_whose_slot_would_close_a_circle() -> None:
+    a, b = Place("a", 2), Place("b", 1)
+    path = path_of([a, b], closed=True)
+    ledger = Ledger(usual())
+    parks = ledger.take_in("parks", path, 0)
+    ledger.take_in("stays", path, 0)
+    ledger.take_in("other", path, 1)
+    assert ledger.step_aside(parks)
+    assert not has_slot_for(parks)

@@ -1,0 +1,178 @@
+"""Vehicles that park beside the road: they give up their slots, and come back when they have one again.
+
+`loopgate.simulation.fleet.parking` says why; the rules here are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from loopgate.control.chain import closes_by_returning
+from loopgate.control.diary import Row
+from loopgate.control.ledger import Ledger
+from loopgate.control.motion import braking_m
+from loopgate.control.places import Body, Place, Vehicle
+from loopgate.control.roads import STANDING_MPS
+from loopgate.traffic.base import Traffic
+
+# Words of `loopgate.results.columns.Event`.
+PARK: Final = "park"
+RETURN: Final = "return"
+
+_SOON_STEPS: Final = 3
+"""SUMO puts a vehicle back on the road a step before its stop ends: before that it can be told to stay."""
+
+_GO_STEPS: Final = 2
+"""With so many left it is on the road in the next step, if there is a gap."""
+
+_LONGER_STEPS: Final = 5
+"""For so many steps more it is told to stay."""
+
+_GAP_M: Final = 2.5
+_REACTION_S: Final = 1.0
+"""Gap that drivers keep when they stand [m], and time in which they react [s]: SUMO's defaults."""
+
+_PATIENCE_S: Final = 20.0
+"""A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
+then [s]."""
+
+
+def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
+    """Let a vehicle be where it is in the line of its place: others may have passed it."""
+    place = vehicle.leg.place
+    before, others = place.line, [other for other in place.line if other is not vehicle]
+    place.line = line = _in_order([*others, vehicle])
+    for other in others[:1]:
+        if other is not line[0]:
+            ledger.withdraw(other)
+            ledger.consider(other)
+    if before != line and not line[0].steered:
+        ledger.consider(line[0])
+
+
+def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
+    """Give a vehicle that has stepped aside a slot where it stands; `beside` says when it is there."""
+    leg, place, left_m = vehicle.leg, vehicle.leg.place, vehicle.left_m()
+    begin_m = vehicle.line_m - leg.end_m + leg.begin_m
+    at = 0
+    for one in place.bodies:
+        at += one.out_m - one.vehicle.make.length_m - one.vehicle.front_m <= left_m
+    ledger.take_slot(Body(vehicle, place, begin_m, vehicle.line_m + vehicle.make.length_m), at)
+    line_up(ledger, vehicle)
+    ledger.wake(place.line[0])  # its place is fuller
+
+
+def has_slot_for(vehicle: Vehicle) -> bool:
+    """Return whether a vehicle that has stepped aside may have a slot again: the chain rule's answer."""
+    place = vehicle.leg.place
+    free = place.slots - len(place.bodies)
+    if free <= 0 or place.shut or place.served or (free == 1 and place.kept_for is not None):
+        return False
+    return not closes_by_returning(place, _in_order([*place.line, vehicle])[0])
+
+
+def _in_order(line: list[Vehicle]) -> list[Vehicle]:
+    """Return vehicles whose last grant is one place in the order in which they are there."""
+    return sorted(line, key=lambda vehicle: vehicle.left_m())
+
+
+class Parking:
+    """Vehicles that park give up their slots, and stay parked until they have a slot again.
+
+    Parameters
+    ----------
+    has_room
+        Whether there is room for a vehicle in its place, ordinary vehicles considered.
+    rows
+        Takes the events.
+    """
+
+    def __init__(
+        self, traffic: Traffic, ledger: Ledger, has_room: Callable[[Vehicle], bool], rows: list[Row]
+    ) -> None:
+        self._traffic, self._ledger, self._has_room, self._rows = traffic, ledger, has_room, rows
+        self._beside: dict[Vehicle, None] = {}
+        self._coming: set[Vehicle] = set()
+        """The vehicles that have a slot again and are not on the road yet."""
+        self._since_s: dict[Vehicle, float] = {}
+        """Since when those wait whose stops are over [s]."""
+        self.late_s = self.latest_s = 0.0
+        """For how long vehicles stood parked beyond their stops, in all and at most [s]."""
+
+    def begin(self, vehicle: Vehicle) -> bool:
+        """Take the slot of a vehicle that has just parked; return whether it gave it up."""
+        if not self._ledger.step_aside(vehicle):
+            return False
+        self._beside[vehicle] = None
+        self._note(vehicle, PARK, "")
+        return True
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """Take note that the vehicle is in the ledger no longer."""
+        self._beside.pop(vehicle, None)
+        self._coming.discard(vehicle)
+        self._since_s.pop(vehicle, None)
+
+    def look(self) -> None:
+        """Return vehicles to the road if possible, and keep the others parked."""
+        self._ledger.open_up()
+        now_s, step_s = self._traffic.now_s, self._traffic.step_s
+        for vehicle in list(self._beside):
+            if vehicle in self._coming and self._traffic.lane(vehicle.name)[0]:
+                self._is_back(vehicle)
+                continue
+            left_s = self._traffic.stays_s(vehicle.name)
+            if left_s > _SOON_STEPS * step_s:
+                continue
+            if vehicle not in self._coming and self._traffic.awaits(vehicle.name):
+                self._traffic.stay(vehicle.name, _LONGER_STEPS * step_s)
+                continue
+            goes = self._may_go(vehicle)
+            if goes and left_s > _GO_STEPS * step_s:
+                continue  # not before its time
+            self._traffic.stay(vehicle.name, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
+            since_s = self._since_s.setdefault(vehicle, now_s)
+            self.late_s += step_s if now_s > since_s else 0.0
+            self.latest_s = max(self.latest_s, now_s - since_s)
+            if (now_s - since_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
+                self._ledger.shut(vehicle.leg.place)
+
+    def _is_back(self, vehicle: Vehicle) -> None:
+        line_up(self._ledger, vehicle)
+        self.forget(vehicle)
+        vehicle.beside = False
+        before = [other for other in vehicle.leg.place.line if not other.beside]
+        at = before.index(vehicle)
+        self._note(vehicle, RETURN, before[at - 1].name if at else "")
+        self._ledger.consider(vehicle)
+
+    def _may_go(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle may drive onto the road in the next step; see to its slot."""
+        room = self._has_room(vehicle)
+        if vehicle in self._coming:
+            line_up(self._ledger, vehicle)
+        elif room and has_slot_for(vehicle):
+            come_back(self._ledger, vehicle)
+            self._coming.add(vehicle)
+        return room and vehicle in self._coming and self._is_clear(vehicle, vehicle.leg.place)
+
+    def _is_clear(self, vehicle: Vehicle, place: Place) -> bool:
+        """Return whether all behind can brake for it: SUMO lets it in before others at speed."""
+        step_s = self._traffic.step_s
+        for body in place.bodies:
+            other = body.vehicle
+            their_left_m = body.out_m - other.make.length_m - other.front_m
+            gap_m = their_left_m - vehicle.left_m() - vehicle.make.length_m
+            if other.beside or gap_m < -vehicle.make.length_m:
+                continue
+            fast = min(other.make.top, other.speed + other.make.accel * step_s)
+            decel = other.make.decel
+            if gap_m >= 0.0 and other.speed <= STANDING_MPS and other.stops_here():
+                continue  # as at a car park that is full: it does not start before this one has gone
+            if gap_m < _GAP_M + fast * (step_s + _REACTION_S) + braking_m(fast, decel, step_s):
+                return False
+        return True
+
+    def _note(self, vehicle: Vehicle, event: str, ahead: str) -> None:
+        self._rows.append((self._traffic.now_s, vehicle.name, event, vehicle.leg.place.name, ahead))

@@ -1,0 +1,240 @@
+"""Stops in every round of a loop; SUMO gets them one round ahead.
+
+`loopgate.simulation.fleet.stops` says why; the rules here are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from math import inf
+from typing import Final
+
+from loopgate.control.diary import Row
+from loopgate.control.ledger import Ledger
+from loopgate.control.motion import braking_m
+from loopgate.control.parking import Parking
+from loopgate.control.places import Vehicle
+from loopgate.errors import TrafficError
+from loopgate.network.stops import Stop
+from loopgate.traffic.base import Traffic
+
+# Words of `loopgate.results.columns.Event`.
+STOP: Final = "stop"
+SERVED: Final = "served"
+MISSED: Final = "missed"
+
+_PAST_M: Final = 0.5
+"""So far past a place a vehicle has to be before SUMO is told that it stops there again [m]."""
+
+_MISSED_M: Final = 10.0
+"""So far past a stop that it has not made a vehicle has missed it [m]."""
+
+
+class _Ahead:
+    """A stop that comes: where [m], which of the vehicle's it is, and in which of its rounds."""
+
+    def __init__(self, at_m: float, number: int, round_: int) -> None:
+        self.at_m: Final = at_m
+        self.number: Final = number
+        self.round: Final = round_
+
+
+class _Way:
+    """The stops of a vehicle in the order of its loop.
+
+    `since_m`: for each, how far before it the vehicle passes the same place before [m]. `ahead`: the stops of
+    the next round, nearest first. `told`: of how many of them SUMO knows. `since_s`: since when it is at a
+    stop [s]; infinite if it is at none. `again`: whether it drives round.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        stops: Sequence[Stop],
+        since_m: Sequence[float],
+        renewed_on: str,
+        *,
+        again: bool,
+    ) -> None:
+        self.vehicle: Final = vehicle
+        self.stops: Final = stops
+        self.since_m: Final = since_m
+        self.renewed_on: Final = renewed_on
+        self.again: Final = again
+        self.ahead: list[_Ahead] = []
+        self.told = 0
+        self.since_s = inf
+
+
+class Stops:
+    """Sets the stops of vehicles, and tells the ledger where the next ones are.
+
+    Parameters
+    ----------
+    stops
+        By vehicle, in the order of its loop.
+    parking
+        Looks after those that park.
+    rows
+        Takes the events.
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        ledger: Ledger,
+        stops: Mapping[str, Sequence[Stop]],
+        parking: Parking,
+        rows: list[Row],
+    ) -> None:
+        self._traffic, self._ledger, self._parking, self._rows = traffic, ledger, parking, rows
+        self._stops = {vehicle: some for vehicle, some in stops.items() if some}
+        self._ways: dict[str, _Way] = {}
+        self._untold: dict[str, None] = {}
+        self.served = self.missed = 0
+        """How many stops have been made and missed."""
+        self.stood_s = 0.0
+        """For how long vehicles stood at stops that they have made [s]."""
+
+    def take_in(
+        self, vehicle: Vehicle, edges: Sequence[tuple[float, str]], renewed_on: str, *, again: bool
+    ) -> None:
+        """Set the stops of a vehicle that has come.
+
+        `edges`: where each edge of its loop begins [m], and its name. `again`: whether it drives round.
+        """
+        stops, lap_m = self._stops.get(vehicle.name), vehicle.lap_m
+        if not stops:
+            return
+        passes = [[begin + stop.end_m for begin, edge in edges if edge == stop.edge] for stop in stops]
+        since = [
+            min((stop.arc_m - at - _PAST_M) % lap_m + _PAST_M for at in some)
+            for stop, some in zip(stops, passes, strict=True)
+        ]
+        way = self._ways[vehicle.name] = _Way(vehicle, stops, since, renewed_on, again=again)
+        first_m = vehicle.front_m + braking_m(vehicle.speed, vehicle.make.decel, self._traffic.step_s)
+        behind = [] if again else [n for n, stop in enumerate(stops) if stop.arc_m < first_m]
+        for number in behind:
+            self._miss(way, number)
+        found = [
+            (first_m + (stop.arc_m - first_m) % lap_m, number)
+            for number, stop in enumerate(stops)
+            if number not in behind
+        ]
+        way.ahead = [_Ahead(at_m, number, 0) for at_m, number in sorted(found)]
+        self._tell(way)
+
+    def forget(self, vehicle: Vehicle) -> None:
+        """Take note that the vehicle is in the ledger no longer."""
+        self._ways.pop(vehicle.name, None)
+        self._untold.pop(vehicle.name, None)
+        self._parking.forget(vehicle)
+
+    def renewed(self, vehicle: Vehicle) -> None:
+        """Set the next stop anew if it is on the edge where the route is renewed: else it is put off."""
+        way = self._ways.get(vehicle.name)
+        if way is None or not way.told:
+            return
+        coming = way.ahead[0]
+        stop = way.stops[coming.number]
+        if stop.edge != way.renewed_on or way.since_s < inf:
+            return
+        stop = stop.in_round(coming.round)
+        with suppress(TrafficError):  # then it is put off, and noted as missed
+            self._traffic.drop_stop(vehicle.name, stop)
+            self._traffic.set_stop(vehicle.name, stop)
+
+    def look(self) -> None:
+        """Take note of the stops that began and ended in the last step."""
+        if not self._stops:
+            return
+        traffic, now_s = self._traffic, self._traffic.now_s
+        for name in traffic.stops_begun():
+            way = self._ways.get(name)
+            if way is not None and way.since_s == inf:
+                way.since_s = now_s
+                stop = way.stops[way.ahead[0].number]
+                self._note(way, STOP, stop)
+                way.vehicle.parks = stop.parks and not self._parking.begin(way.vehicle)
+        for name in traffic.stops_ended():
+            way = self._ways.get(name)
+            if way is not None:
+                for _ in range(way.told - traffic.stops_ahead(name)):
+                    self._serve(way, now_s)
+        for name in sorted(self._untold):
+            self._tell(self._ways[name])
+        for way in self._ways.values():
+            if way.vehicle.front_m > way.vehicle.stop_m + _MISSED_M:
+                self._pass_by(way)
+        self._parking.look()
+
+    def made_now(self) -> Iterator[tuple[str, Stop]]:
+        """Yield the vehicles that stand at a stop, each with that stop."""
+        for name, way in self._ways.items():
+            if way.since_s < inf:
+                yield name, way.stops[way.ahead[0].number]
+
+    def _tell(self, way: _Way) -> None:
+        """Tell SUMO of the next stops of which it can be told, and the ledger of the first."""
+        vehicle = way.vehicle
+        while way.told < len(way.ahead):
+            coming = way.ahead[way.told]
+            if vehicle.front_m < coming.at_m - way.since_m[coming.number] + _PAST_M:
+                break
+            stop = way.stops[coming.number].in_round(coming.round)
+            try:
+                self._traffic.set_stop(vehicle.name, stop)
+            except TrafficError:
+                del way.ahead[way.told]
+                self._miss(way, coming.number)
+                self._put_off(way, coming)
+                break
+            way.told += 1
+        if way.told < len(way.ahead):
+            self._untold[vehicle.name] = None
+        else:
+            self._untold.pop(vehicle.name, None)
+        self._show(way)
+
+    def _show(self, way: _Way) -> None:
+        """Tell the ledger where the next stop is; there may be none for one that drives once."""
+        way.vehicle.stop_m = way.ahead[0].at_m if way.ahead else inf
+        way.vehicle.parks = False
+
+    def _serve(self, way: _Way, now_s: float) -> None:
+        done = way.ahead.pop(0)
+        way.told -= 1
+        self.served += 1
+        if way.since_s < inf:
+            self.stood_s += now_s - way.since_s
+            way.since_s = inf
+        self._note(way, SERVED, way.stops[done.number])
+        self._put_off(way, done)
+        self._tell(way)
+        if way.vehicle.asks:  # as of now: before, it did not wait for anybody
+            self._ledger.withdraw(way.vehicle)
+            self._ledger.consider(way.vehicle)
+
+    def _pass_by(self, way: _Way) -> None:
+        gone = way.ahead.pop(0)
+        self._miss(way, gone.number)
+        if way.again:
+            self._put_off(way, gone)  # SUMO has put it off to the next time that the vehicle comes there
+            self._show(way)
+        else:
+            way.told -= 1
+            self._tell(way)
+
+    @staticmethod
+    def _put_off(way: _Way, done: _Ahead) -> None:
+        """Let a stop be made in the next round, if there is one."""
+        if way.again:
+            way.ahead.append(_Ahead(done.at_m + way.vehicle.lap_m, done.number, done.round + 1))
+
+    def _miss(self, way: _Way, number: int) -> None:
+        self.missed += 1
+        self._note(way, MISSED, way.stops[number])
+
+    def _note(self, way: _Way, event: str, stop: Stop) -> None:
+        self._rows.append((self._traffic.now_s, way.vehicle.name, event, stop.name, ""))
