@@ -16,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from time import process_time
 from typing import Any, cast
@@ -26,6 +27,7 @@ import sumo
 from loopgate.abstraction.itinerary import Abstraction, Leg
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
+from loopgate.control.departures import Departures, Due
 from loopgate.control.driving import Driving, Way
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
@@ -38,15 +40,15 @@ from loopgate.control.rules import Reserve, usual
 from loopgate.control.sight import Sight
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
+from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import Start, write_sumo_input
+from loopgate.simulation.sumo.input import Start, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 from loopgate.traffic.base import Traffic
 
@@ -106,32 +108,28 @@ class Turnover:
         if self.joined:
             self._driving.leave(vehicle.name)
             self._traffic.take_out(vehicle.name)
-        fitting = [way for way in self._outside if self._driving.has_room_for(way)]
+        driving = self._driving
+        fitting = [
+            way
+            for way in self._outside
+            if driving.is_clear(way) and driving.ledger.fits(driving.path(way)[way.position])
+        ]
         for way in fitting[:1]:
             if self._driving.let_in(way, self._insertions[way.vehicle]):
                 self._outside.remove(way)
                 self.joined += 1
 
 
-class Trips:
-    """Vehicles that drive to the ends of their ways: each comes in as soon as it is due and has room."""
-
-    def __init__(self, traffic: Traffic, driving: Driving, departures: Sequence[Departure]) -> None:
-        self._traffic, self._driving = traffic, driving
-        self._due = [(one.at_s, way_of(one.track), one.start) for one in departures if one.track]
-        self._by_name = {way.vehicle: (at_s, way, start) for at_s, way, start in self._due}
-
-    def step(self) -> None:
-        """Let those depart who are due, one in each place."""
-        self._due += [self._by_name[way.vehicle] for way in self._driving.missed]
-        taken, now_s = set[str](), self._traffic.now_s
-        for one in [one for one in self._due if one[0] <= now_s]:
-            _, way, start = one
-            state = str(way.legs[way.position].state)
-            if state not in taken and self._driving.has_room_for(way):
-                taken.add(state)
-                if self._driving.let_in(way, start.insertion):
-                    self._due.remove(one)
+def due_of(assembly: Assembly) -> list[Due]:
+    """Return the vehicles that are to depart, in order."""
+    edges, found = assembly.network.edges, list[Due]()
+    for one in assembly.departures:
+        if one.track is not None:
+            lines = [leg.line for leg in one.track.legs]
+            limits = [edges[line.edge].lanes[line.lane].speed_mps if line.edge else inf for line in lines]
+            gap_m = float(one.start.type.min_gap_m)
+            found.append(Due(one.at_s, len(found), way_of(one.track), one.start.insertion, gap_m, limits))
+    return found
 
 
 class Lamps(dict[str, Lamp]):
@@ -168,7 +166,7 @@ def lay_out(
     lamps = Lamps(traffic)
     signals = signals_in(assembly, lamps) if scenario.rule_for_lights == "obey" else {}
     outside: list[Rule] = [light] if signals else []
-    if not scenario.traffic:
+    if not traffic.gives_way:
         return Layout(slots, drawn, signals), outside, None, lambda _: True
     around = LaidRoads(assembly.network, lamps.__getitem__)
     sight = Sight(around.map, traffic)
@@ -179,6 +177,28 @@ def lay_out(
 def places_of(scenario: Scenario, assembly: Assembly) -> tuple[Path, ...]:
     """Return the additional files with stopping places."""
     return tuple(dict.fromkeys((*scenario.stop_files, *assembly.stop_files)))
+
+
+def slots_of(assembly: Assembly) -> dict[str, int]:
+    """Return how many vehicles fit into each place; into one that is a vehicle's own, all there are."""
+    abstraction = cast("Abstraction", assembly.abstraction)
+    system, later = abstraction.system, [one.track for one in assembly.departures if one.track]
+    if later:
+        slots = {str(name): most for name, most in abstraction.room.items()}
+        return slots | {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
+    rooms = zip(system.states, system.room, system.private, strict=True)
+    return {str(name): len(system.robots) if own else room for name, room, own in rooms}
+
+
+def ordinary_options(scenario: Scenario, assembly: Assembly, folder: Path) -> list[str]:
+    """Return the options that give SUMO the ordinary vehicles, those of the route file too."""
+    files = [str(file) for file in read_traffic(scenario.traffic).route_files] if scenario.traffic else []
+    if assembly.others:
+        file = folder / "ordinary.rou.xml"
+        known = type_names(places_of(scenario, assembly))
+        write_ordinary(assembly.ordinary, file, known=known, ungated=assembly.ungated)
+        files.append(str(file))
+    return ["--route-files", ",".join(files)] if files else []
 
 
 def draw_trips(network: str, every_s: float, end_s: float, seed: int, file: Path) -> None:
@@ -227,17 +247,13 @@ def drive(
         So often a vehicle leaves and another comes in [s]; half of them are outside at the beginning. Never
         by default.
     """
-    system = cast("Abstraction", assembly.abstraction).system
-    rooms = zip(system.states, system.room, system.private, strict=True)
-    slots = {str(name): len(system.robots) if own else room for name, room, own in rooms}
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     later = [one.track for one in assembly.departures if one.track]
-    slots = {**cast("Abstraction", assembly.abstraction).room, **slots} if later else slots
-    slots |= {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
+    system, slots = cast("Abstraction", assembly.abstraction).system, slots_of(assembly)
     drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
-    among, own = bool(scenario.traffic), set(assembly.names)
+    among, own = bool(scenario.traffic or assembly.others), set(assembly.names)
     here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -247,8 +263,7 @@ def drive(
             *write_sumo_input(here, folder, beside=places_of(scenario, assembly), later=assembly.everybody),
         ]
         options += plain_options(scenario, folder / "log")
-        if among:
-            options += read_traffic(scenario.traffic).options()
+        options += ordinary_options(scenario, assembly, folder)
         traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
@@ -256,8 +271,10 @@ def drive(
             reserve = Reserve()
             ledger = Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s)
             driving = Driving(traffic, layout, ledger, sight, assembly.stops, has_room, reserve)
+            driving.lay([way_of(track) for track in later])
             driving.take_in(ways[: len(here)])
-            trips = Trips(traffic, driving, assembly.departures)
+            room = sum(most for most in slots.values() if most < _NEVER_FULL)
+            departures = Departures(traffic, driving, due_of(assembly), room)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
             gc.collect()
             gc.freeze()  # what stands already is not looked through again and again
@@ -269,7 +286,7 @@ def drive(
                 if watched:
                     waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
                     free_to_go += sum(not ledger.why_not(v) for v in waiting)
-                trips.step()
+                departures.look()
                 if turnover_s:
                     turnover.step()
             spent_s = process_time() - began

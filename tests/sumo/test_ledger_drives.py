@@ -13,6 +13,7 @@ from loopgate.control import crossings, driving, lamps, ledger, lights, steering
 from loopgate.control.places import Vehicle
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 GRID = Path(__file__).resolve().parents[2] / "networks" / "grid5-priority.net.xml"
@@ -137,6 +138,20 @@ def test_vehicles_drive_among_ordinary_ones_on_the_grid(drawn: Path) -> None:
     assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
     assert driven.ordinary > 80
     assert driven.km > 80
+
+
+def test_trips_depart_and_arrive_as_under_the_tables(tmp_path: Path) -> None:
+    """As many depart and arrive, and they drive as far, though some have to wait outside."""
+    file = tmp_path / "trips.rou.xml"
+    heart.draw_trips("sumo:DRT", 0.6, 120.0, 1, file)
+    scenario = Scenario(network="sumo:DRT", routes=str(file), duration_s=180, lights="off", seed=1)
+    driven, tables = heart.drive(scenario, assemble(scenario), watched=True), simulate(scenario)
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    departed = int((driven.events["event"] == "start").sum())
+    assert departed == pytest.approx(tables["departed"], abs=3)
+    assert departed > 150
+    assert driven.arrived == pytest.approx(tables["arrived"], abs=8)
+    assert driven.km == pytest.approx(tables["distance_km"], rel=0.02)
 
 
 def stopping(folder: Path, routes: str, places: str = "", duration_s: float = 400.0) -> heart.Driven:

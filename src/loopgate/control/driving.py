@@ -107,7 +107,8 @@ class Driving:
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
-        self._coming: list[Way] = []
+        self.coming: list[Way] = []
+        """Those that are to depart in the next step."""
         self.missed: list[Way] = []
         """Those that were to depart in the last step and found no room on the road."""
         self.arrived = 0
@@ -119,13 +120,18 @@ class Driving:
         self._changes = 0
         """How often vehicles have come or gone."""
 
+    def lay(self, ways: Sequence[Way]) -> None:
+        """Lay ways on which vehicles will come: else each is laid when its first vehicle comes."""
+        for way in ways:
+            self.path(way)
+
     def take_in(self, ways: Sequence[Way]) -> None:
         """Take vehicles in that are on the road; if others are there, they are last in line."""
         self._welcome(ways)
         self._answer(self._traffic.now_s)
 
     def let_in(self, way: Way, insertion: Insertion) -> bool:
-        """Let a vehicle depart in the next step; `has_room_for` says before whether it may.
+        """Let a vehicle depart in the next step; `is_clear`, and `fits` of the ledger, say whether it may.
 
         Return whether it can: the simulator puts it in no faster than it can brake for its line.
         """
@@ -136,17 +142,17 @@ class Driving:
         except TrafficError:
             self._traffic.take_out(way.vehicle)
             return False
-        self._coming.append(way)
+        self.coming.append(way)
         return True
 
     def _let_come(self) -> None:
         """Take in who has departed, before anybody is granted their slots."""
-        departed = set(self._traffic.departed()) if self._coming else set[str]()
-        come = [way for way in self._coming if way.vehicle in departed]
-        self.missed = [way for way in self._coming if way.vehicle not in departed]
+        departed = set(self._traffic.departed()) if self.coming else set[str]()
+        come = [way for way in self.coming if way.vehicle in departed]
+        self.missed = [way for way in self.coming if way.vehicle not in departed]
         for way in self.missed:
             self._traffic.take_out(way.vehicle)
-        self._coming = []
+        self.coming = []
         self._welcome(come)
         for way in come:
             self.ledger.vehicles[way.vehicle].held = True
@@ -155,7 +161,7 @@ class Driving:
         traffic, first, fronts = self._traffic, len(self._ids), list[float]()
         self._changes += len(ways)
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
-            path = self._path(way)
+            path = self.path(way)
             like = traffic.dynamics(way.vehicle)
             haste = max(1.0, like.speed_factor)
             make = Make(
@@ -189,7 +195,7 @@ class Driving:
             vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
             self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
             if again:
-                self._round[way.vehicle] = self._path(way)
+                self._round[way.vehicle] = self.path(way)
         if any(way.vehicle in self._round for way in ways):
             self._leave_room()
 
@@ -203,16 +209,26 @@ class Driving:
                 if vehicle.reason == "reserve":
                     self.ledger.wake(vehicle)
 
-    def has_room_for(self, way: Way) -> bool:
-        """Return whether a vehicle may come in at its start: a slot, no circle, and all there before it."""
-        leg = self._path(way)[way.position]
-        clear_m = way.front_m - leg.begin_m + _GAP_M
-        ahead = (
-            body.vehicle.front_m - body.begin_m - body.vehicle.make.length_m for body in leg.place.bodies
-        )
-        return self.ledger.fits(leg) and all(rear_m >= clear_m for rear_m in ahead)
+    def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
+        """Return whether a slot is free at the start of a vehicle, and all there are before it."""
+        leg = self.path(way)[way.position]
+        clear_m = way.front_m - leg.begin_m + gap_m
+        if leg.place.is_full():
+            return False
+        for body in leg.place.bodies:
+            other = body.vehicle
+            rear_m = other.front_m - body.begin_m - other.make.length_m
+            if rear_m < clear_m or (other.parks and other.stops_here()):
+                return False
+        return True
 
-    def _path(self, way: Way) -> list[Leg]:
+    @property
+    def once(self) -> int:
+        """How many are on the road that drive to the ends of their ways."""
+        return len(self.ledger.vehicles) - len(self._round)
+
+    def path(self, way: Way) -> list[Leg]:
+        """Return the legs of a way."""
         path = self._paths.setdefault(id(way.legs), [])
         path += [] if path else self._layout.path(way.legs)
         return path
@@ -243,6 +259,7 @@ class Driving:
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
+        self.ledger.open_up()
         began = process_time()
         self._traffic.step()
         self.sumo_s += process_time() - began

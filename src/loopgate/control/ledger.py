@@ -72,6 +72,7 @@ class Ledger:
         self._near: list[Vehicle] = []
         self._alarms: list[tuple[float, int, Vehicle]] = []
         self._shut: list[Place] = []
+        self._opening: list[Place] = []
 
     def take_in(
         self, name: str, path: list[Leg], position: int, make: Make = POINT, lap_m: float = 0.0
@@ -182,6 +183,8 @@ class Ledger:
                 gone.append(vehicle)
                 if self.everybody:
                     self._wake_everybody()
+        self._opening += self._shut
+        self._shut.clear()
         return gone
 
     def _wake_everybody(self) -> None:
@@ -222,16 +225,17 @@ class Ledger:
         self.waiting.pop(vehicle, None)
 
     def shut(self, place: Place) -> None:
-        """Let nobody into a place, until `open_up`."""
+        """Let nobody into a place in the next answer, nor after that until `open_up`."""
         place.shut = True
         self._shut.append(place)
 
     def open_up(self) -> None:
-        """Let vehicles into all places again."""
-        shut, self._shut = self._shut, []
-        for place in shut:
-            place.shut = False
-            self._wake_waiting(place)
+        """Let vehicles again into places that were shut in the last answer."""
+        for place in self._opening:
+            if place not in self._shut:
+                place.shut = False
+                self._wake_waiting(place)
+        self._opening.clear()
 
     def step_aside(self, vehicle: Vehicle) -> bool:
         """Let a vehicle that parks give up its slot; return whether it does.
@@ -257,7 +261,7 @@ class Ledger:
         first = vehicle.leg.place.line[0]
         if first is vehicle:
             self.ask(vehicle)
-        elif not vehicle.held and not (first.held and first.speed == 0.0):
+        elif not vehicle.held and not (first.held and first.speed == 0.0 and not first.beside):
             self.log.append(
                 (BRAKES, vehicle, vehicle.leg.place, "")
             )  # the first asks, and so does it, too late to stop at the line
@@ -284,7 +288,7 @@ class Ledger:
         """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
         leg = vehicle.leg
         before = 0 if leg.after is None else self._held(leg.after.place)
-        return before - self._held(leg.place) - (self.now_s - vehicle.since_s) / WAIT_S
+        return before - self._held(leg.place) - leg.place.outside - (self.now_s - vehicle.since_s) / WAIT_S
 
     def _held(self, place: Place) -> int:
         """Return how many slots of a place were held before the first grant of this turn."""

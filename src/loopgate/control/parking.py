@@ -116,7 +116,6 @@ class Parking:
 
     def look(self) -> None:
         """Return vehicles to the road if possible, and keep the others parked."""
-        self._ledger.open_up()
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         for vehicle in list(self._beside):
             if vehicle in self._coming and self._traffic.lane(vehicle.name)[0]:

@@ -21,12 +21,13 @@ class Place:
     vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
     `held_before`: how many bodies there were before the first change in the turn `changed` of the ledger.
     `kept_for`: whose the last slot is; `served`: whether that vehicle must move next; `barred`: whether
-    no other vehicle may come in at all. `shut`: whether nobody comes in for now.
+    no other vehicle may come in at all. `shut`: whether nobody comes in for now. `outside`: how many
+    wait to depart there, or in places before it up to the junction.
     """
 
     __slots__ = (
-        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "served", "shut", "slots",
-        "waiting",
+        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "outside", "served",
+        "shut", "slots", "waiting",
     )  # fmt: skip
 
     def __init__(self, name: str, slots: int) -> None:
@@ -39,6 +40,7 @@ class Place:
         self.served = self.barred = self.shut = False
         self.changed = -1
         self.held_before = 0
+        self.outside = 0
 
     def is_full(self) -> bool:
         """Return whether no slot is free."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from loopgate.control.chain import circle_from, closes, closes_by_entering
+from loopgate.control.departures import is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up
 from loopgate.control.places import Place, path_of
@@ -129,3 +130,40 @@ def test_nobody_comes_back_whose_slot_would_close_a_circle() -> None:
     ledger.take_in("other", path, 1)
     assert ledger.step_aside(parks)
     assert not has_slot_for(parks)
+
+
+def test_a_way_is_crowded_where_slots_are_taken_by_vehicles_that_are_slow() -> None:
+    places = [Place("a", 10), Place("b", 10)]
+    limits = dict.fromkeys(places, 10.0)
+    ledger, path = Ledger(usual()), path_of(places, closed=True)
+    cars = [ledger.take_in(f"v{number}", path, 0) for number in range(4)]
+    assert not is_crowded(limits)  # a fifth is taken, by vehicles that stand
+    cars.append(ledger.take_in("v4", path, 0))
+    assert is_crowded(limits)
+    for car in cars:
+        car.speed = 7.0
+    assert not is_crowded(limits)  # they roll
+
+
+def test_vehicles_that_wait_outside_count_as_a_queue() -> None:
+    a, b, goal = Place("a", 9), Place("b", 9), Place("goal", 1)
+    ledger = Ledger(usual())
+    one = ledger.take_in("one", path_of([a, goal], closed=True), 0)
+    other = ledger.take_in("other", path_of([b, goal], closed=True), 0)
+    b.outside = 1
+    ledger.ask(one)
+    ledger.ask(other)
+    assert ledger.answer() == [other]
+    assert one.reason == "occupied"
+
+
+def test_a_place_stays_shut_for_one_answer_after_it_was_shut() -> None:
+    a, b = Place("a", 2), Place("b", 2)
+    ledger = Ledger(usual())
+    car = ledger.take_in("car", path_of([a, b], closed=True), 0)
+    ledger.ask(car)
+    ledger.shut(b)
+    ledger.open_up()  # the answer is yet to come
+    assert ledger.answer() == []
+    ledger.open_up()
+    assert ledger.answer() == [car]

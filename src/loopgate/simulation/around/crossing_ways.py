@@ -167,7 +167,7 @@ class CrossingWays:
 
     def of(self, track: Driven) -> tuple[Way, ...]:
         """Return the way ahead at the end of each position of a track."""
-        return tuple(self._way(track, position) for position in range(len(track.legs)))
+        return tuple(self.way(track, position) for position in range(len(track.legs)))
 
     def knows(self, movement: str) -> bool:
         """Return whether a movement is one of the network's."""
@@ -180,7 +180,8 @@ class CrossingWays:
         lane = f"{end.edge}_{end.lane}"
         return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
-    def _way(self, track: Driven, position: int) -> Way:
+    def way(self, track: Driven, position: int) -> Way:
+        """Return the way ahead at the end of a position of a track."""
         line = track.legs[position].line
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]

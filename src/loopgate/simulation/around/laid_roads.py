@@ -14,14 +14,21 @@ from loopgate.control.roads import Across, Approach, Edge, Lane, Lookout, Stretc
 from loopgate.control.sight import Map
 from loopgate.control.slack import Slack
 from loopgate.network import RoadNetwork
+from loopgate.network.loop import LanePosition
 from loopgate.simulation.around.crossing_ways import CrossingWays, Movement
-from loopgate.simulation.around.crossing_ways import Way as Found
 
 __all__ = ["LaidRoads"]
 
 
 class _Way(NamedTuple):
     legs: Sequence[Drawn]
+
+
+class _Behind(NamedTuple):
+    """Lanes between the junctions behind a leg, and what to look out for there, by the number of the pass."""
+
+    between: list[Lane]
+    lookouts: dict[int, Lookout]
 
 
 class LaidRoads:
@@ -39,28 +46,40 @@ class LaidRoads:
         self._find, self._lamp = CrossingWays(network), lamp
         self.map = map_of(network)
         self.slack = Slack()
+        self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
     def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
         """Add to the legs of a path where they lie, and what is to be looked out for behind them."""
         drawn = _Way(way)
-        for position, (leg, found) in enumerate(zip(path, self._find.of(drawn), strict=True)):
+        for position, leg in enumerate(path):
             place = self._find.place(drawn, position)
+            behind = self._behind(drawn, position)
             if place.lane in self.map.lanes:
                 leg.stretch = Stretch(
                     self.map.lanes[place.lane],
                     float(place.begin_m),
                     float(place.end_m),
                     [self.map.lanes[lane] for lane in place.into],
-                    [self.map.lanes[lane] for lane in found.between],
+                    behind.between,
                     is_away=way[position].away,
                 )
-            self._add_lookouts(leg, found, way[position])
+            for number, lookout in behind.lookouts.items():
+                leg.passes[number].lookout = lookout
         self.slack.know(path)
 
-    def _add_lookouts(self, leg: Leg, found: Found, drawn: Drawn) -> None:
-        known = [number for number, c in enumerate(drawn.crossings) if self._find.knows(c.id)]
-        for number, movement in zip(known, found.movements, strict=True):
-            leg.passes[number].lookout = self._lookout(movement, first=number == known[0])
+    def _behind(self, way: _Way, position: int) -> _Behind:
+        """Return what lies behind a leg; the same of all legs that end there before the same crossing."""
+        leg = way.legs[position]
+        key = leg.line, tuple(crossing.id for crossing in leg.crossings)
+        if key not in self._known:
+            found = self._find.way(way, position)
+            known = [number for number, c in enumerate(leg.crossings) if self._find.knows(c.id)]
+            lookouts = {
+                number: self._lookout(movement, first=number == known[0])
+                for number, movement in zip(known, found.movements, strict=True)
+            }
+            self._known[key] = _Behind([self.map.lanes[lane] for lane in found.between], lookouts)
+        return self._known[key]
 
     def _lookout(self, movement: Movement, *, first: bool) -> Lookout:
         lanes, turns = self.map.lanes, self.map.turns
