@@ -14,7 +14,7 @@ import gc
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -34,10 +34,10 @@ from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as ordinary_traffic
-from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.control.sight import Sight
+from loopgate.control.spacing import Ring, Spacing
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
@@ -46,6 +46,7 @@ from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start, write_ordinary, write_sumo_input
@@ -152,26 +153,43 @@ def signals_in(assembly: Assembly, lamps: Lamps) -> dict[str, Signal]:
     }
 
 
-def lay_out(
+def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spacing | None:
+    """Return what spaces vehicles on their loops, if the scenario wants that."""
+    if scenario.rule_for_spacing == "none":
+        return None
+    along = {loop.id: times_along(assembly.network, loop) for loop in assembly.loops}
+    rings = {name: Ring(ends_m.tolist(), ends_s.tolist()) for name, (ends_m, ends_s) in along.items()}
+    return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
+
+
+def driving_of(
     scenario: Scenario,
     assembly: Assembly,
     traffic: Traffic,
-    slots: Mapping[str, int],
     drawn: Sequence[Sequence[Leg]],
-) -> tuple[Layout, list[Rule], Sight | None, Callable[[Vehicle], bool]]:
-    """Return places and paths, the rules about what comes from outside, and what sees ordinary traffic.
-
-    And what says whether a vehicle that comes back from beside the road has room.
-    """
-    lamps = Lamps(traffic)
+    *,
+    everybody: bool,
+) -> Driving:
+    """Return what drives vehicles on such ways, under the rules of the scenario; nobody is there yet."""
+    lamps, slots = Lamps(traffic), slots_of(assembly)
     signals = signals_in(assembly, lamps) if scenario.rule_for_lights == "obey" else {}
-    outside: list[Rule] = [light] if signals else []
-    if not traffic.gives_way:
-        return Layout(slots, drawn, signals), outside, None, lambda _: True
-    around = LaidRoads(assembly.network, lamps.__getitem__)
-    sight = Sight(around.map, traffic)
-    outside.append(ordinary_traffic(sight, around.slack))
-    return Layout(slots, drawn, signals, around.add), outside, sight, around.slack.has_room
+    spacing, reserve = spacing_of(scenario, assembly, traffic), Reserve()
+    outside: list[Rule] = [spacing.holds] if spacing is not None else []
+    outside += [light] if signals else []
+    around = LaidRoads(assembly.network, lamps.__getitem__) if traffic.gives_way else None
+    sight = Sight(around.map, traffic) if around is not None else None
+    if around is not None and sight is not None:
+        outside.append(ordinary_traffic(sight, around.slack))
+    return Driving(
+        traffic,
+        Layout(slots, drawn, signals, around.add if around else None),
+        Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s),
+        sight,
+        assembly.stops,
+        around.slack.has_room if around else lambda _: True,
+        reserve,
+        spacing,
+    )
 
 
 def places_of(scenario: Scenario, assembly: Assembly) -> tuple[Path, ...]:
@@ -249,7 +267,7 @@ def drive(
     """
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     later = [one.track for one in assembly.departures if one.track]
-    system, slots = cast("Abstraction", assembly.abstraction).system, slots_of(assembly)
+    system = cast("Abstraction", assembly.abstraction).system
     drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
     collisions: set[tuple[str, str]] = set()
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
@@ -258,22 +276,19 @@ def drive(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         options = [
-            "--net-file",
-            str(assembly.network.file),
+            *("--net-file", str(assembly.network.file)),
             *write_sumo_input(here, folder, beside=places_of(scenario, assembly), later=assembly.everybody),
+            *plain_options(scenario, folder / "log"),
+            *ordinary_options(scenario, assembly, folder),
         ]
-        options += plain_options(scenario, folder / "log")
-        options += ordinary_options(scenario, assembly, folder)
         traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
-            layout, outside, sight, has_room = lay_out(scenario, assembly, traffic, slots, drawn)
-            reserve = Reserve()
-            ledger = Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s)
-            driving = Driving(traffic, layout, ledger, sight, assembly.stops, has_room, reserve)
+            driving = driving_of(scenario, assembly, traffic, drawn, everybody=everybody)
+            ledger, sight = driving.ledger, driving.sight
             driving.lay([way_of(track) for track in later])
             driving.take_in(ways[: len(here)])
-            room = sum(most for most in slots.values() if most < _NEVER_FULL)
+            room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
             departures = Departures(traffic, driving, due_of(assembly), room)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
             gc.collect()
@@ -292,9 +307,8 @@ def drive(
             spent_s = process_time() - began
         finally:
             traffic.close()
-    everyone = ledger.vehicles.values()
-    waits = [vehicle.longest_s for vehicle in everyone]
-    waits += [ledger.now_s - vehicle.since_s for vehicle in everyone if vehicle.asks]
+    waits = [vehicle.longest_s for vehicle in ledger.vehicles.values()]
+    waits += [ledger.now_s - vehicle.since_s for vehicle in ledger.waiting]
     events = pd.DataFrame([(*row, "") for row in driving.rows], columns=list(EVENT_COLUMNS))
     laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
     return Driven(
@@ -321,12 +335,11 @@ def main() -> None:
     """Print a line per seed and side."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("network")
-    parser.add_argument("--vehicles", type=int, default=100)
-    parser.add_argument("--loops", type=int, default=0)
-    parser.add_argument("--duration", type=float, default=600.0)
-    parser.add_argument("--seeds", type=int, default=1)
+    for name, number in (("vehicles", 100), ("loops", 0), ("duration", 600), ("seeds", 1)):
+        parser.add_argument(f"--{name}", type=int, default=number)
     parser.add_argument("--lights", default="off", choices=["off", "obey"])
     parser.add_argument("--watched", action="store_true", help="count vehicles that wait though free to go")
+    parser.add_argument("--spacing", default="none", choices=["none", "hold", "advice"])
     parser.add_argument("--routes", default="", help="file with the vehicles")
     parser.add_argument("--stops", default="", help="additional files with stopping places")
     parser.add_argument("--ordinary", type=float, default=0.0, help="an ordinary trip every so many seconds")
@@ -349,6 +362,7 @@ def compare(given: argparse.Namespace, folder: Path) -> None:
             loops=given.loops,
             routes=given.routes,
             stops=given.stops,
+            spacing=given.spacing,
             duration_s=given.duration,
             lights=given.lights,
             seed=seed,

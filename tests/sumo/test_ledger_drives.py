@@ -154,6 +154,16 @@ def test_trips_depart_and_arrive_as_under_the_tables(tmp_path: Path) -> None:
     assert driven.km == pytest.approx(tables["distance_km"], rel=0.02)
 
 
+def test_vehicles_are_spaced_on_their_loops() -> None:
+    """Under the tables they drive 81.3 km."""
+    scenario = Scenario(network=str(GRID), vehicles=100, loops=20, duration_s=120, spacing="hold", seed=1)
+    driven = heart.drive(scenario, assemble(scenario), watched=True)
+    assert driven.findings == []
+    assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
+    assert "spacing" in set(driven.events["reason"])
+    assert driven.km == pytest.approx(81.3, rel=0.02)
+
+
 def stopping(folder: Path, routes: str, places: str = "", duration_s: float = 400.0) -> heart.Driven:
     """Drive vehicles with stops on the grid; return what came of it."""
     (folder / "my.rou.xml").write_text(f"<routes>{routes}</routes>")

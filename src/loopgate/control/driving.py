@@ -21,6 +21,7 @@ from loopgate.control.parking import Parking
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.rules import Reserve
 from loopgate.control.sight import Sight
+from loopgate.control.spacing import Spacing
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.control.stops import Stops
 from loopgate.errors import TrafficError
@@ -59,8 +60,7 @@ class Way:
 class Driving:
     """Vehicles on their ways, under the rules of a ledger.
 
-    What the tables of `loopgate.drive` do besides, as spacing, is missing. All vehicles are read in one go
-    after a step; the rest costs only for vehicles that reached something.
+    All vehicles are read in one go after a step; the rest costs only for vehicles that reached something.
 
     Parameters
     ----------
@@ -76,6 +76,8 @@ class Driving:
         Whether there is room for a vehicle in its place, ordinary vehicles considered.
     reserve
         How much room is left in crowded places, if that is to follow from who drives round.
+    spacing
+        Spaces vehicles on loops; its rule is the ledger's.
     """
 
     def __init__(
@@ -87,12 +89,15 @@ class Driving:
         stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
         has_room: Callable[[Vehicle], bool] = lambda _: True,
         reserve: Reserve | None = None,
+        spacing: Spacing | None = None,
     ) -> None:
         self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, list[Leg]] = {}
-        self._reserve = reserve
+        self._reserve, self._spacing = reserve, spacing
+        if spacing is not None:
+            ledger.keeping.is_behind = spacing.is_behind
         self._round: dict[str, list[Leg]] = {}
         """The paths of those that drive round."""
         self.diaries: list[Diary] = []
@@ -194,6 +199,8 @@ class Driving:
         for way in ways:
             vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
             self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
+            if self._spacing is not None:
+                self._spacing.take_in(vehicle, way.loop)
             if again:
                 self._round[way.vehicle] = self.path(way)
         if any(way.vehicle in self._round for way in ways):
@@ -250,6 +257,8 @@ class Driving:
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
         self.stops.forget(vehicle)
+        if self._spacing is not None:
+            self._spacing.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
         del self.diaries[row], self._ids[row], self._lines[row]
@@ -286,6 +295,8 @@ class Driving:
             self.ledger.consider(vehicle)
         self.stops.look()
         self._answer(now_s)
+        if self._spacing is not None:
+            self._spacing.look()
         if now_s >= self._look_s:
             self._look_s = now_s + _LOOK_EVERY_S
             self._look_for_strays()

@@ -8,7 +8,7 @@ its grant. `loopgate.drive.service` says of that why each request is granted. Ol
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Final
 
 from loopgate.control.chain import closes, full_after, full_before, next_mover
@@ -65,6 +65,8 @@ class Keeping:
         self._named_s: dict[Vehicle, float] = {}
         """Since when a vehicle is a mover [s]."""
         self.most_served = 0
+        self.is_behind: Callable[[Vehicle], bool] = lambda _: False
+        """Whether a vehicle is behind on its loop: then it is passed over for less long."""
 
     def look(self, now_s: float) -> None:
         """Keep slots and ways for those that are late now, and for nobody else."""
@@ -83,7 +85,8 @@ class Keeping:
             if wanted is not None and wanted.is_full() and now_s - vehicle.since_s >= SHORT_OF_SLOTS_S:
                 short.add(wanted)
         for vehicle in old:
-            patience_s = PATIENCE_THERE_S if vehicle.leg.place in short else PATIENCE_S
+            soon = vehicle.leg.place in short or self.is_behind(vehicle)
+            patience_s = PATIENCE_THERE_S if soon else PATIENCE_S
             if full_after(vehicle).circle():
                 vehicle.blocked_s = now_s  # whether it is asked about in this step or not
             late = now_s - vehicle.since_s >= patience_s and vehicle.reason not in _OUTSIDE

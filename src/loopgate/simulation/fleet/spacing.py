@@ -81,7 +81,7 @@ class Leads:
         loops = list({loop.id: loop for loop in each}.values())
         number = {loop.id: k for k, loop in enumerate(loops)}
         self._loops = np.array([number[loop.id] for loop in each], dtype=np.int64)
-        ends = [_times(network, loop) for loop in loops]
+        ends = [times_along(network, loop) for loop in loops]
         lengths, laps = (np.array([float(end[of][-1]) for end in ends]) for of in (0, 1))
         begins_m = np.r_[0.0, np.cumsum(lengths)]
         begins_s = np.r_[0.0, np.cumsum(laps)]
@@ -165,7 +165,7 @@ class SpeedAdvice(_Spacing):
                 self._traffic.advise(driver.id, factor)
 
 
-def _times(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
+def times_along(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
     """Return arc lengths at the ends of a loop's lanes [m], and the times there at the speeds allowed [s]."""
     took = [span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans]
     ends = [0.0, *(span.end_m for span in loop.spans)]
