@@ -127,6 +127,23 @@ def test_who_comes_upon_a_crowd_waits_outside_and_nobody_else_does(tmp_path: Pat
     assert streams["time_loss_s"].mean() < 25.0
 
 
+def test_queues_at_red_are_no_crowd(tmp_path: Path) -> None:
+    """Two streams cross at lights, which are obeyed; with vehicles that wait outside the delay is 58 s."""
+    ways = {"s": "A2B2 B2C2 C2D2 D2E2", "t": "C0C1 C1C2 C2C3 C3C4"}
+    rows = [
+        f'<vehicle id="{name}{k}" depart="{4 * k}"><route edges="{edges}"/></vehicle>'
+        for k in range(60)
+        for name, edges in ways.items()
+    ]
+    routes = tmp_path / "stream.rou.xml"
+    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
+    network = str(Path(GRID).with_name("grid5-actuated.net.xml"))
+    summary = run(tmp_path / "out", routes, network=network, lights="obey")
+    assert summary["arrived"] == len(rows)
+    assert summary["mean_depart_delay_s"] < 5.0
+    assert summary["mean_delay_s"] < 52.0
+
+
 def test_a_dense_stream_that_rolls_is_no_crowd(tmp_path: Path) -> None:
     """Every three seconds one sets out on a long way that nobody crosses: a fourth of its slots are taken."""
     way = "A0B0 B0C0 C0D0 D0E0 E0E1 E1E2 E2E3 E3E4"

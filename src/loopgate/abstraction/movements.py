@@ -32,6 +32,9 @@ def reach_m(widths_m: Iterable[float]) -> float:
 
 Overlap = tuple[float, float]
 
+_UNKNOWN = -1
+"""The number of the movement by which a vehicle came, where its course does not reach back so far."""
+
 
 @dataclass(frozen=True, slots=True)
 class Conflicts:
@@ -49,6 +52,9 @@ class Conflicts:
     included, by movement id."""
     unlisted: tuple[tuple[str, str], ...]
     """Conflicts that the geometry shows and the request matrix does not list."""
+    with_others: frozenset[tuple[str, str]] = frozenset()
+    """Conflicts of a movement with the next one that only vehicles have that come to the next one by another
+    movement: vehicles that take both follow each other."""
 
 
 def find_conflicts(
@@ -89,8 +95,11 @@ def find_conflicts(
         if pair.certain:
             _add(foes, *pair.ids)
     unlisted: set[tuple[str, str]] = set()
-    for one, other, begin, end in _shared(_UnderWay(network, list(by_id.values()), places), touches):
+    with_others: set[tuple[str, str]] = set()
+    for one, other, begin, end, follows in _shared(_UnderWay(network, by_id.values(), places), touches):
         _add(foes, one, other)
+        if by_id[one].to_id == by_id[other].from_id and not follows and one != other:
+            with_others.add((one, other))
         if one != other and frozenset((one, other)) not in known:
             unlisted.add((one, other))
         line_m, clear_m = _between_places(network, by_id[one], lengths[one], places)
@@ -105,6 +114,7 @@ def find_conflicts(
             m.id: min(network.lanes[lane].speed_mps for lane in (*m.via, m.to_id)) for m in by_id.values()
         },
         unlisted=tuple(sorted(unlisted)),
+        with_others=frozenset(with_others),
     )
 
 
@@ -120,36 +130,46 @@ def _between_places(
     return line_m, length_m + places[behind].begin_m if behind in places else math.inf
 
 
-def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float]]:
-    """Yield for each movement and each foe the metres between which they touch, in both orders."""
+def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float, bool]]:
+    """Yield for each movement and each foe the metres between which they touch, in both orders.
+
+    Then whether vehicles on the foe may touch a vehicle there that have come by the same movement.
+    """
     t = touches
     mine = under_way.rows(t.courses, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
     theirs = under_way.rows(t.courses, t.other, t.other_at_m, t.other_length_m, t.other_touched_m)
     met = mine.merge(theirs, on="touch")
     orders = (("x", "y"), ("y", "x"))
-    columns = [[f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}"] for a, b in orders]
-    both = pd.concat(met[names].set_axis(["one", "other", "at", "rear"], axis=1) for names in columns)
-    found = both.groupby(["one", "other"]).agg(begin=("at", "min"), end=("rear", "max")).reset_index()
-    for one, other, begin, end in found.itertuples(index=False):
-        yield under_way.names[one], under_way.names[other], float(begin), float(end)
+    columns = [[f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}", f"by_{b}"] for a, b in orders]
+    names = ["one", "other", "at", "rear", "by"]
+    both = pd.concat(met[some].set_axis(names, axis=1) for some in columns)
+    both["follows"] = (both["by"] == both["one"]) | (both["by"] == _UNKNOWN)
+    found = both.groupby(["one", "other"]).agg(
+        begin=("at", "min"), end=("rear", "max"), follows=("follows", "any")
+    )
+    for one, other, begin, end, follows in found.reset_index().itertuples(index=False):
+        yield under_way.names[one], under_way.names[other], float(begin), float(end), bool(follows)
 
 
 class _UnderWay:
     """Which movements a vehicle is under way on, by its course and the position of its front."""
 
     def __init__(
-        self, network: RoadNetwork, movements: Sequence[Connection], places: Mapping[str, Part]
+        self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, Part]
     ) -> None:
-        self.names = [movement.id for movement in movements]
+        self.names: list[str] = []
         self._network = network
         self._places = places
         self._inside: dict[str, tuple[int, float]] = {}
         self._between: dict[tuple[str, str], int] = {}
         self._out_of: dict[str, list[int]] = {}
+        self._begins: list[str] = []
         self._length_m: list[float] = []
         self._at = self._length = self._touched = np.empty(0)
         """Of the touches looked at."""
         for number, movement in enumerate(movements):
+            self.names.append(movement.id)
+            self._begins.append(movement.from_id)
             driven = 0.0
             for lane in movement.via:
                 self._inside[lane] = number, driven
@@ -161,7 +181,7 @@ class _UnderWay:
     def rows(
         self, courses: Sequence[Course], course: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
     ) -> pd.DataFrame:
-        """Return for each touch the movements, and where on them front and rear are [m].
+        """Return for each touch the movements, where on them front and rear are [m], and by which it came.
 
         `course`, `at_m`, `length_m`, `touched_m`: for each touch the course by number, position of the front
         on its lane, length of the body, and where it is touched [m].
@@ -170,17 +190,31 @@ class _UnderWay:
         firsts = np.flatnonzero(np.diff(course[order], prepend=-1))
         self._at, self._length, self._touched = at_m, length_m, touched_m
         parts = [
-            (np.full(len(here), movement), here, at_m[here] + add)
+            (
+                np.full(len(here), movement),
+                here,
+                at_m[here] + add,
+                np.full(len(here), self._came_by(courses[course[touches[0]]], movement)),
+            )
             for touches in np.split(order, firsts[1:])
             if len(touches)
             for movement, add, here in self._of(courses[course[touches[0]]], touches)
         ]
-        movement, touch, at = (
+        movement, touch, at, by = (
             (np.concatenate(column) for column in zip(*parts, strict=True))
             if parts
-            else np.empty((3, 0), int)
+            else np.empty((4, 0), int)
         )
-        return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": at - length_m[touch]})
+        rear = at - length_m[touch]
+        return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": rear, "by": by})
+
+    def _came_by(self, course: Course, movement: int) -> int:
+        """Return the movement before the given one on a course, by number, or `_UNKNOWN`."""
+        lanes = (course.lane, *course.before)
+        if self._begins[movement] not in lanes[:-1]:
+            return _UNKNOWN
+        before = lanes[lanes.index(self._begins[movement]) + 1]
+        return self._inside[before][0] if before in self._inside else _UNKNOWN
 
     def _of(self, course: Course, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
         """Yield movements, what to add to positions, and those of the touches that are under way on them.

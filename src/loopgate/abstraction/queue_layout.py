@@ -310,11 +310,13 @@ class _Legs:
         for here, between, after in _ways_on(chain):
             crossings: list[Crossing] = []
             limits: list[tuple[float, float]] = []
+            before: Connection | None = None
             for piece in between:
                 ahead = _ahead_m(loop, here, piece)
                 limits += self._limits(piece, ahead)
                 if piece.movement is not None:
-                    crossings.append(self._over_junction(piece.movement, ahead, tuple(limits)))
+                    crossings.append(self._over_junction(piece.movement, ahead, tuple(limits), before))
+                    before = piece.movement
                 elif piece.passage is not None:
                     crossings.append(self._over_stretch(piece.passage, ahead))
             course = list(_course(loop, here, between, after))
@@ -342,15 +344,22 @@ class _Legs:
             ahead_m += self._network.lanes[lane].length_m
 
     def _over_junction(
-        self, made: Connection, ahead_m: float, limits: tuple[tuple[float, float], ...]
+        self,
+        made: Connection,
+        ahead_m: float,
+        limits: tuple[tuple[float, float], ...],
+        before: Connection | None,
     ) -> Crossing:
-        key = made.id, ahead_m, limits
+        """Return the crossing of a movement; `before` is the one on the same leg that leads to it."""
+        with_others = before is not None and (before.id, made.id) in self._conflicts.with_others
+        followed = before.id if before is not None and with_others else ""
+        key = made.id, ahead_m, limits, followed
         if key not in self._made:
             overlaps = sorted(self._conflicts.overlaps[made.id].items())
             self._made[key] = Crossing(
                 made.id,
-                self._conflicts.foes[made.id],
-                {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in overlaps},
+                self._conflicts.foes[made.id] - {followed},
+                {foe: (ahead_m + begin, ahead_m + end) for foe, (begin, end) in overlaps if foe != followed},
                 self._conflicts.speeds_mps[made.id],
                 ahead_m,
                 # SUMO may let it wait before the last of its lanes inside, or before all.

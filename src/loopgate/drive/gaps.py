@@ -33,6 +33,7 @@ from loopgate.drive.codes import NOBODY
 from loopgate.drive.motion import braking_time_s, time_s
 from loopgate.drive.tables import Tables
 from loopgate.drive.under_way import (
+    APART,
     BEYOND_M,
     begin_m,
     end_m,
@@ -109,10 +110,10 @@ def relation(i: int, k: int, f: int, other: int, t: Tables) -> int:
         for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
             if t.passes[theirs].movement == foe:
                 shared = shared_with(theirs, t.passes[k].movement, t)
-                if shared < 0:
+                if shared == NOBODY:
                     return IN_THE_WAY
                 each = PAST
-                if _is_ever_on(shared, ahead.length_m, t):
+                if shared != APART and _is_ever_on(shared, ahead.length_m, t):
                     each = _relation(other, leg, theirs, shared, i, reach_m, t)
                 if each == IN_THE_WAY and _passes_first(other, leg, theirs, shared, i, k, f, t):
                     each = BEFORE
@@ -158,13 +159,27 @@ def _relation(other: int, leg: int, theirs: int, shared: int, i: int, reach_m: f
     slow = min(ahead.top, _SLOW * t.passes[theirs].speed_mps)
     passed_s = time_s(left_m, ahead.speed, ahead.accel, slow) + _APART_S
     reached_s = time_s(reach_m, one.speed, one.accel, one.top)
-    if passed_s > reached_s or may_be_held(other, leg, t):
+    if passed_s > reached_s or may_be_held(other, leg, t) or _is_kept_out(other, leg, theirs, t):
         return IN_THE_WAY
     room_m = room_before_m(other, leg, t)
     if inside_m < t.passes[theirs].wait_m:
         room_m = min(room_m, t.passes[theirs].wait_m - inside_m)
     leaves_s = braking_time_s(left_m, room_m, slow, ahead.decel) + _APART_S
     return BEFORE if leaves_s <= reached_s else IN_THE_WAY
+
+
+@part
+def _is_kept_out(other: int, leg: int, theirs: int, t: Tables) -> bool:
+    """Return whether SUMO may hold a vehicle before the junction of a pass, to keep that clear.
+
+    It does so where the vehicle would not be past the junction if the vehicle before it in its place stands.
+    """
+    ahead, j = t.vehicles[other], leg_of(other, leg, t)
+    to_line_m = t.passes[theirs].light_m - t.legs[j].end_m - ahead.front + end_m(other, leg, t)
+    if to_line_m <= -BEYOND_M:
+        return False
+    needed_m = begin_m(other, leg + 1, t) + ahead.length_m - ahead.front
+    return bool(room_before_m(other, leg, t) < needed_m)
 
 
 @part
@@ -195,7 +210,8 @@ def _passes_first(other: int, leg: int, theirs: int, shared: int, i: int, k: int
         time_s(left_m, ahead.speed, _WEAK * ahead.accel, slow),
         braking_time_s(left_m, room_m, slow, ahead.decel),
     )
-    return passed_s + _AHEAD_S <= reached_s and not may_be_held(other, leg, t)
+    held = may_be_held(other, leg, t) or _is_kept_out(other, leg, theirs, t)
+    return bool(passed_s + _AHEAD_S <= reached_s and not held)
 
 
 @only_with("signals", otherwise=True)

@@ -7,9 +7,10 @@ from typing import Final
 
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.tables import Tables
-from loopgate.kernel_cache import inner, part
+from loopgate.kernel_cache import constant, inner, part
 
 __all__ = [
+    "APART",
     "BEYOND_M",
     "begin_m",
     "end_m",
@@ -20,6 +21,9 @@ __all__ = [
     "shared_with",
     "state_of",
 ]
+
+APART: Final = constant(-2)
+"""In place of a shared stretch: two movements that do not conflict on these ways."""
 
 BEYOND_M: Final = 0.5
 """Room between the rear of the first and the stretch that both use [m]."""
@@ -58,11 +62,14 @@ def begin_m(i: int, leg: int, t: Tables) -> float:
 
 @inner
 def shared_with(k: int, foe: int, t: Tables) -> int:
-    """Return where the stretch of pass `k` is that it shares with the foe, or `NOBODY`."""
+    """Return where the stretch of pass `k` is that it shares with the foe.
+
+    `NOBODY` if they share all of it; `APART` if they do not conflict: vehicles come to one by the other.
+    """
     for f in range(t.passes[k].foe_at, t.passes[k].foe_end):
         if t.foes[f].movement == foe:
             return NOBODY if math.isnan(t.foes[f].to_m) else f
-    return NOBODY
+    return APART
 
 
 @part
@@ -116,6 +123,8 @@ def is_before(first: int, leg: int, f: int, k: int, t: Tables) -> bool:
     for theirs in range(t.legs[j].pass_at, t.legs[j].pass_end):
         if t.passes[theirs].movement == t.foes[f].movement:
             shared = shared_with(theirs, t.passes[k].movement, t)
+            if shared == APART:
+                continue
             if shared < 0 or past_m < t.foes[shared].to_m:
                 return True
     return False

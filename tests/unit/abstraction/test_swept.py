@@ -268,6 +268,35 @@ def test_who_goes_on_behind_a_short_way_is_apart_from_who_still_turns() -> None:
     assert "w_0>n_0" not in layout.conflicts.foes.get("w_0>e_0", ())
 
 
+def test_vehicles_that_take_two_movements_one_after_the_other_follow_each_other() -> None:
+    """Two ways join before a lane of 0.2 m and part behind it: who comes from the other way may be beside."""
+    short, on = ((0.0, 0.0), (0.2, 0.0)), ((0.2, 0.0), (7.0, 0.0))
+    first: Way = [
+        ("w", ((-100.0, 0.0), (-40.0, 0.0))),
+        (":in", ((-40.0, 0.0), (0.0, 0.0))),
+        ("s", short),
+        (":on", on),
+        ("e", ((7.0, 0.0), (107.0, 0.0))),
+        (":home", ((107.0, 0.0), (107.0, -99.0), (-150.0, -99.0), (-150.0, 0.0), (-100.0, 0.0))),
+    ]
+    second: Way = [
+        ("u", ((-100.0, -30.0), (-30.0, -8.0))),
+        (":join", ((-30.0, -8.0), (0.0, 0.0))),
+        ("s", short),
+        (":off", ((0.2, 0.0), (7.0, 2.0))),
+        ("f", ((7.0, 2.0), (100.0, 60.0))),
+        (":back", ((100.0, 60.0), (100.0, 150.0), (-160.0, 150.0), (-160.0, -30.0), (-100.0, -30.0))),
+    ]
+    net = network([first, second])
+    layout = lay_out_queues(net, users(net, ["w", "s", "e"], ["u", "s", "f"]))
+    assert "w_0>s_0" in layout.conflicts.foes["s_0>f_0"]
+    assert ("w_0>s_0", "s_0>f_0") in layout.conflicts.with_others
+    legs = [leg for itinerary in layout.itineraries.values() for leg in itinerary.legs]
+    over = next(leg.crossings for leg in legs if [c.id for c in leg.crossings] == ["w_0>s_0", "s_0>e_0"])
+    assert over[0].foes >= {"u_0>s_0", "s_0>f_0"}
+    assert "w_0>s_0" not in over[1].foes
+
+
 def test_without_right_of_way_ways_out_of_one_lane_are_foes() -> None:
     """At an unregulated junction SUMO keeps nobody apart, at any other it does."""
     ahead: Way = [

@@ -55,34 +55,42 @@ def test_without_room_it_never_gets_there() -> None:
     assert braking_time_s(10.0, math.inf, 10.0, 4.5) == 0.0
 
 
-def crossing(
+def crossing(  # noqa: PLR0913  a case has many sides
     grants: tuple[int, int],
-    fronts_m: tuple[float, float],
+    fronts_m: tuple[float, ...],
     *,
     foresees: bool = True,
     at_once: bool = True,
     wait_m: float = -math.inf,
-    steered: tuple[bool, bool] = (False, False),
+    steered: tuple[bool, ...] = (False, False),
     from_m: float = 3.0,
     limits: tuple[tuple[float, float], ...] = (),
+    stands_m: float = math.nan,
 ) -> Tables:
     """Let two vehicles of 5 m, granted in this order, be on ``mine`` and ``theirs``, which share some metres.
 
-    Their first legs end at 50 m, the second begin at 70 m.
+    Their first legs end at 50 m, the second begin at 70 m. A third one stands with its front so far inside
+    the second place of the second, if that is a number.
     """
     mine = Crossing("mine", frozenset({"theirs"}), {"theirs": (2.0, 9.0)}, 13.9)
     theirs = Crossing(
         "theirs", frozenset({"mine"}), {"mine": (from_m, from_m + 7.0)}, 13.9, 0.0, wait_m, limits
     )
-    robots = system({"a": "pa qa", "b": "pb qb"})
+    third = {} if math.isnan(stands_m) else {"c": "qb r"}
+    robots = system({"a": "pa qa", "b": "pb qb", **third})
     legs = [
         (Leg(StateId(f"p{name}"), 0.0, 50.0, (across,)), Leg(StateId(f"q{name}"), 70.0, 100.0))
         for name, across in (("a", mine), ("b", theirs))
     ]
+    if third:
+        legs.append((Leg(StateId("qb"), 0.0, 30.0), Leg(StateId("r"), 50.0, 80.0)))
+        fronts_m = *fronts_m, stands_m
+        steered = *steered, False
     books = Books(robots, legs, make_gate("collision", robots), OldestFirst(Random(1)))
     books.run["foresees"] = foresees
     books.run["at_once"] = at_once
-    columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0, "speed": [0.0, 10.0]}
+    columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0}
+    columns["speed"] = [0.0, 10.0, 0.0][: len(fronts_m)]
     for column, value in (columns | {"front": fronts_m}).items():
         books.columns[column] = value
     books.columns["steered"] = steered
@@ -217,6 +225,25 @@ def test_nothing_is_foreseen_of_one_that_changes_lanes_on_its_way() -> None:
     for steered in (False, True):
         found = relation(0, 0, 0, 1, crossing((0, 1), (20.0, 60.0), steered=(False, steered)))
         assert found == (IN_THE_WAY if steered else BEFORE)
+
+
+def test_a_vehicle_that_comes_to_a_foe_by_the_same_movement_is_followed() -> None:
+    """Its crossing does not list the movement, though that lists it for vehicles that come otherwise."""
+    tables = crossing((0, 1), (49.9, 51.0))
+    its = first_pass(1, tables)
+    assert relation(0, 0, 0, 1, tables) == IN_THE_WAY
+    cast("Any", tables.passes)["foe_end"][its] = cast("Any", tables.passes)["foe_at"][its]
+    assert relation(0, 0, 0, 1, tables) == PAST
+
+
+def test_nothing_is_foreseen_of_one_that_is_held_before_a_junction_to_keep_it_clear() -> None:
+    """The vehicle before it in its place stands: its rear is 10 or 2 m inside, 7.5 m are needed."""
+    for stands_m, found in ((15.0, BEFORE), (7.0, IN_THE_WAY)):
+        tables = crossing((0, 1), (20.0, 50.2), stands_m=stands_m)
+        cast("Any", tables.passes)["light_m"][first_pass(1, tables)] = 51.0
+        shared: Any = tables.foes
+        shared["from_m"], shared["to_m"] = -8.0, -2.0
+        assert relation(0, 0, 0, 1, tables) == found
 
 
 @pytest.mark.parametrize(("front_m", "found"), [(-35.0, LATER), (-25.0, IN_THE_WAY)])
