@@ -43,14 +43,14 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
     for over in vehicle.leg.passes:
         foes = over.foes
         for trip in over.movement.junction.trips:
-            foe = foes.get(trip.over.movement)
-            if foe is None or trip.vehicle is vehicle:
+            foe, shared = foes.get(trip.over.movement), trip.over.foes.get(over.movement)
+            # Without a stretch of its own the other has come by this movement, and is followed.
+            if foe is None or shared is None or trip.vehicle is vehicle:
                 continue
             other = trip.vehicle
             if other.stops_here():
                 return Hindrance(other, -inf)
-            shared = trip.over.foes.get(over.movement)
-            if shared is None or inf in (shared.to_m, foe.to_m):
+            if inf in (shared.to_m, foe.to_m):
                 return Hindrance(other, trip.clear_m)
             inside_m = other.front_m - trip.line_m
             left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
@@ -157,7 +157,7 @@ def _may_be_held(trip: Trip, inside_m: float) -> bool:
         if first.number < trip.number or inside_m < foe.from_m:
             shared = first.over.foes.get(over.movement)
             past_m = first.vehicle.front_m - first.vehicle.make.length_m - _BEYOND_M - first.line_m
-            if shared is None or past_m < shared.to_m:
+            if shared is not None and past_m < shared.to_m:
                 return True
     return over.first and _follows_aside(over, ahead, trip.number)
 
