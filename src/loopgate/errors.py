@@ -75,6 +75,10 @@ class ScenarioError(LoopgateError):
     """A scenario whose parts do not fit together."""
 
 
+class NobodyGatedError(ScenarioError):
+    """A scenario none of whose vehicles can be gated; it can run under ``open``."""
+
+
 class Refusal(NamedTuple):
     """Why an abstraction cannot work with a loop."""
 

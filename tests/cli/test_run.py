@@ -235,3 +235,32 @@ def test_times_of_a_configuration_may_have_colons(tmp_path: Path) -> None:
     config.write_text(config.read_text().replace("00:00:05", "0:01"))
     done = loopgate("run", config, "--step-length", "0.5", "--gate", "open", "--duration", "20")
     assert "step-length 0:01 is not taken over: the run has 0.5" in " ".join(done.stdout.split())
+
+
+LED_OFF = {
+    "n.rou.xml": '<routes><flow id="f" begin="0" end="10" number="2" from="p1b" to="s1"/></routes>',
+    "n.add.xml": '<additional><rerouter id="r" edges="p1b"><interval begin="0" end="1e9">'
+    '<destProbReroute id="s2"/></interval></rerouter></additional>',
+}
+
+
+def test_a_configuration_none_of_whose_vehicles_can_be_gated_runs(tmp_path: Path) -> None:
+    """As in SUMO, with the reason; but not where a gate was asked for."""
+    for name, text in LED_OFF.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    config = tmp_path / "n.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{ROOT / "networks/ring3.net.xml"}"/>'
+        '<route-files value="n.rou.xml"/><additional-files value="n.add.xml"/></configuration>',
+        encoding="utf-8",
+    )
+    done = loopgate("run", config, "--duration", "60", "--json", "-o", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert (told["gate"], told["audit"], told["trips"]) == ("open", "not gated", 2)
+    assert "--gate open" in told["command"]
+    (warning,) = done.stderr.splitlines()
+    assert warning.startswith(f"warning: {config}: none of its vehicles is gated: f.0: rerouter r leads it")
+    assert warning.endswith("; all drive by SUMO's rules, as with --gate open")
+    refused = loopgate("run", config, "--duration", "60", "--gate", "certified")
+    assert (refused.returncode, refused.stdout) == (2, "")

@@ -191,6 +191,7 @@ def test_system_files(tmp_path: Path, content: str) -> None:
         "vehicles = " + "[" * 3000,
         "duration_s = inf",
         "duration_s = nan",
+        f"who = 0x{'f' * 4000}",
         "step_s = 1e9",
         'routes = "\\u0000"',
         f'gate = "{"x" * 5000}"',

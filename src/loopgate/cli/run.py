@@ -13,6 +13,7 @@ from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.json_output import print_json
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
+from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
     LIGHTS,
@@ -195,7 +196,8 @@ def run(
     """
     from loopgate.simulation.demand.early import refuse_too_many
 
-    scenario = _scenario(network, {key: value for key, value in given.items() if value is not None})
+    given = {key: value for key, value in given.items() if value is not None}
+    scenario = _scenario(network, given)
     refuse_too_many(scenario)
 
     from loopgate.cli.progress import show_progress  # what follows takes seconds to load
@@ -209,7 +211,15 @@ def run(
         def tick(now_s: float, course: RunCourse) -> None:
             report(min(seconds, int(now_s - course.begin_s + scenario.warmup_s)))
 
-        summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
+        try:
+            summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
+        except NobodyGatedError as error:
+            if "gate" in given or "gated" in given or network.endswith(".toml"):
+                raise
+            why = str(error).removesuffix("; or --gate open")
+            click.echo(f"warning: {why}; all drive by SUMO's rules, as with --gate open", err=True)
+            scenario = dataclasses.replace(scenario, gate="open")
+            summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:
         print_json(summary, indent=1)
     else:

@@ -17,6 +17,9 @@ _OFTEN = ("period", *_PER_HOUR, "probability")
 FLOW_ATTRIBUTES = frozenset({"begin", "end", "number", *_OFTEN})
 """Attributes of ``<flow>`` that say when its vehicles depart."""
 
+_BEYOND_COUNTING = 1e18
+"""More vehicles than in any run: a period may be so short that their number is infinite."""
+
 _HOUR_S = 3600.0
 _WHY = ", since nothing else starts it"
 
@@ -87,7 +90,7 @@ class Flow:
         every_s, lasts_s = self._every_s(run_end_s), at_s - self.begin_s
         if lasts_s <= 0.0 or (every_s == 0.0 and self.number is None):
             return 0
-        number = lasts_s / every_s if every_s > 0.0 else inf
+        number = min(lasts_s / every_s, _BEYOND_COUNTING) if every_s > 0.0 else _BEYOND_COUNTING
         return ceil(number) if self.number is None else ceil(min(number, self.number))
 
 

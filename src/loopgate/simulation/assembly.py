@@ -10,7 +10,7 @@ from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.drive.track import Track, make_track
-from loopgate.errors import ScenarioError
+from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.incidents import Incidents, read_incidents
@@ -173,7 +173,7 @@ def assemble(scenario: Scenario) -> Assembly:
         name, why = next(iter(unstopping.items()))
         source = scenario.routes or scenario.network
         msg = f"{source}: none of its vehicles is gated: {name}: {why}; or --gate open"
-        raise ScenarioError(msg)
+        raise NobodyGatedError(msg)
     if abstraction is not None and unstopping:
         kept = zip([*later, *others], abstraction.later, strict=True)
         abstraction = replace(abstraction, later=tuple(way for v, way in kept if v.id not in unstopping))

@@ -418,9 +418,9 @@ def read_scenario(file: Path | str) -> Scenario:
     data = read_toml(path, "scenario", ScenarioError)
     for key in ("network", "routes", "incidents", "traffic", "weights", "districts", "who", "gated"):
         name = data.get(key)
-        if key in {"who", "gated"} and not is_file(path.parent / str(name)):
+        if not isinstance(name, str) or (key in {"who", "gated"} and not is_file(path.parent / name)):
             continue
-        if isinstance(name, str) and name and not name.startswith("sumo:"):
+        if name and not name.startswith("sumo:"):
             data[key] = str(path.parent / name)
     if isinstance(data.get("stops"), str) and data["stops"]:
         data["stops"] = ",".join(str(path.parent / name.strip()) for name in data["stops"].split(","))

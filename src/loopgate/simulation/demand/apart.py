@@ -6,7 +6,7 @@ from pathlib import Path
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.stopping import fit_stops
-from loopgate.errors import ScenarioError
+from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import LoopVehicle, RoadNetwork
 from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
@@ -96,7 +96,7 @@ def sort_out(
         )
         why = next(iter((*found.lines, *(f"{name}: {why}" for name, why in found.apart.items()))), nobody)
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
-        raise ScenarioError(msg)
+        raise NobodyGatedError(msg)
     return found
 
 

@@ -39,6 +39,7 @@ def flow(folder: Path, attributes: str, route: str) -> str:
         'begin="0" period="exp(1e9)" number="1000000000"',
         'begin="0" period="1e-6"',
         'begin="0" vehsPerHour="1e9"',
+        'begin="0" period="5e-324"',
     ],
 )
 def test_flows_of_too_many(tmp_path: Path, attributes: str, route: str) -> None:
