@@ -123,6 +123,17 @@ def test_who_is_on_a_lane_that_is_closed_stands_before_its_line(gate: loopgate.A
     assert figures(gate) == [0] * len(CLEAN)
 
 
+def test_others_know_how_hard_a_vehicle_brakes(gate: loopgate.Attached) -> None:
+    """SUMO's `setDecel` leaves what others reckon with as it was: one that follows closely would hit it."""
+    vehicle = on_a_street(gate)
+    get.setDecel(vehicle, 6.0)
+    steps(gate, 1)
+    assert get.getApparentDecel(vehicle) == get.getDecel(vehicle) == 6.0
+    get.setDecel(vehicle, 2.5)
+    steps(gate, 1)
+    assert get.getApparentDecel(vehicle) >= get.getDecel(vehicle) == 2.5
+
+
 def test_who_is_led_elsewhere_comes_back_or_is_taken_for_moved(gate: loopgate.Attached) -> None:
     """The gate renews the routes of its vehicles; one that drives off its loop has left it."""
     first, second, third = gate.vehicles[:3]

@@ -60,6 +60,23 @@ def test_everybody_else_goes_on_when_a_vehicle_breaks_down(tmp_path: Path, free:
     assert (waiting["outcome"], exit_code(waiting)) == ("starving", 5)
 
 
+def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
+    """Those behind the vehicle that stands: they park, do not starve, and go on after it."""
+    summary = ran(tmp_path, f"{BROKEN}to = 500\n", positions=True, standing="leave")
+    assert (summary["clean"], summary["outcome"], summary["starving"]) == (True, "done", [])
+    left = summary["standing"]["left_road"]
+    assert left
+    assert all(500.0 <= one["to_s"] < 600.0 for one in left)
+    assert any("left the road" in line for line in summary["warnings"])
+    events = read_events(tmp_path / "run" / "events.parquet", (Event.PARK, Event.RETURN, Event.LAP))
+    for one in left:
+        mine = events[events["vehicle"] == one["vehicle"]]
+        parked, back = (mine[mine["event"] == what]["time_s"].tolist() for what in ("park", "return"))
+        assert len(parked) == len(back) == 1
+        assert mine[mine["event"] == "park"]["reason"].tolist() == ["no way round"]
+        assert ((mine["event"] == "lap") & (mine["time_s"] > back[0])).any()
+
+
 def test_nobody_drives_onto_what_is_closed(tmp_path: Path, free: dict[str, Any]) -> None:
     """Nor waits for it; afterwards they are back on their loops."""
     summary = ran(tmp_path, CLOSED, positions=True)

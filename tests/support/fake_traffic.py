@@ -218,6 +218,9 @@ class FakeTraffic:
         self.brakes.append((self.now_s, vehicle))
         self.fleet[vehicle].braked = self.fleet[vehicle].still = True
 
+    def show_brakes(self, vehicle: str) -> None:
+        """All drive alike."""
+
     def stay_braked(self) -> None:
         """Nobody else tells vehicles anything."""
 

@@ -136,7 +136,8 @@ GROUPS = {
 @click.option(
     "--standing",
     type=click.Choice(STANDING),
-    help="If a vehicle stands long: contain (default) leads loops round it; wait does not.",
+    help="If a vehicle stands long: contain (default) leads loops round it; leave besides takes vehicles "
+    "without a way off the road for that time; wait does neither.",
 )
 @click.option(
     "--starving",

@@ -265,7 +265,27 @@ class ChangingEngine(Engine):
         """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
         return self.keeper.by_chain
 
-    def step_aside(self, driver: Driver) -> bool:
+    def wait_for_nothing(self, driver: Driver) -> None:
+        """Let a vehicle stand where it is and ask for nothing, held by nobody, until `wait_again`."""
+        row, now = driver.row, self._traffic.now_s
+        if row["pending"]:
+            row["longest_s"] = driver.worst_wait_s(now)
+        row["asking"] = False
+        self._withdraw([driver])
+        if row["held"]:
+            row["hold_s"] += 0.0 if np.isnan(row["halted_s"]) else now - row["halted_s"]
+            row["held"], row["held_m"], row["halted_s"] = False, np.inf, np.nan
+            self._release(driver)
+        row["stop_m"] = driver.front_m
+        self.run["version"] += 1
+
+    def wait_again(self, driver: Driver) -> None:
+        """Let a vehicle ask in its turn again."""
+        driver.row["stop_m"], driver.row["asking"] = np.inf, True
+        self._let_first_ask(self._state_of(driver))
+        self.answer()
+
+    def step_aside(self, driver: Driver, why: str = "") -> bool:
         """Let a vehicle that parks give up its slot; return whether it does.
 
         It does where it holds one state as a whole; until `come_back` it is in none.
@@ -279,7 +299,8 @@ class ChangingEngine(Engine):
         for which in (HOLDERS, LINE):
             self._put(state, which, [r for r in self._ground.read(state, which) if r != driver.robot])
         self.beside.add(driver.id)
-        self._recorder.note(self._traffic.now_s, driver.id, Event.PARK, driver.leg(driver.granted).state)
+        place = driver.leg(driver.granted).state
+        self._recorder.note(self._traffic.now_s, driver.id, Event.PARK, place, why)
         self._let_first_ask(state)
         return True
 

@@ -66,8 +66,8 @@ def serve(t: Tables) -> None:
         if not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
-        if mover != NOBODY and stops_here(mover, t):
-            mover = NOBODY  # it goes on by itself when it has stopped
+        if mover != NOBODY and (stops_here(mover, t) or t.vehicles[mover].withheld == STOPPING):
+            mover = NOBODY  # it goes on by itself when it has stopped, or what stands before it has gone
         for s in range(len(t.states)):
             place = t.states[s]
             if place.served == i and place.mover == NOBODY:

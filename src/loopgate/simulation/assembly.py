@@ -154,7 +154,7 @@ def assemble(scenario: Scenario) -> Assembly:
     warnings = (*warnings, *sorted_out.lines)
     closed = [v for v in [*vehicles, *later] if v.loop.closed]
     incidents, detours = _incidents(scenario, network, closed), FoundDetours()
-    if scenario.gated and scenario.abstraction == "queues" and scenario.standing == "contain":
+    if scenario.gated and scenario.abstraction == "queues" and scenario.standing != "wait":
         once = [v for v in [*later, *others] if not v.loop.closed]
         detours = find_detours(network, closed, incidents, once)
         others += detours.vehicles

@@ -16,6 +16,7 @@ from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.roadside import Roadside
 from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
 
@@ -90,6 +91,8 @@ class Containment:
         Whether vehicles wait behind one that stands; what is closed is shut all the same.
     gated
         Whether a gate rules: without one vehicles break down, and that is all.
+    leaves
+        Whether vehicles without a way leave the road.
     """
 
     def __init__(
@@ -102,6 +105,7 @@ class Containment:
         *,
         waits: bool = False,
         gated: bool = True,
+        leaves: bool = False,
     ) -> None:
         self._standing, self._traffic, self._engine = standing, traffic, engine
         self._recorder = recorder
@@ -110,11 +114,19 @@ class Containment:
         self._at_stops: frozenset[str] = frozenset()
         """The vehicles at long stops."""
         self._waits, self._gated = waits, gated
+        self.roadside = Roadside(traffic, engine, recorder) if leaves else None
+        """What parks vehicles without a way; None if these wait on the road."""
         self._ways = ways
         self._still_s: dict[str, float] = {}
         """Since when vehicles stand that are in more than one place [s]."""
         self._stuck: set[str] = set()
         """The junctions across which something stands."""
+        self._stand: set[str] = set()
+        """The vehicles that stand for long on the road."""
+        self._cut_offs: set[str] = set()
+        """The first vehicles of lost places."""
+        self._withheld: set[str] = set()
+        """The vehicles that get no grant: the gate keeps no way clear for one that cannot use it."""
         self._lost: dict[str, None] = {}
         """Places that nobody can leave, since no way leads their first vehicle round what stands."""
         self._next_s = 0.0
@@ -139,9 +151,11 @@ class Containment:
             return
         if now >= self._next_s:
             self._next_s = now + _EVERY_S
-            self._stuck = set()
+            self._stuck, self._stand = set(), set()
             self._note(dict(self._find_blocked(now)), now)
             self._lead()
+            self._clear()
+        self._withhold()
         for place in self.blocked:
             self._engine.shut(place)
 
@@ -150,11 +164,18 @@ class Containment:
         self.broken.clear()
         self.broken.update(one.vehicle for one in self._standing.incidents.broken_at(now))
         for vehicle in sorted((before | self.broken) & self._engine.driver_of.keys()):
-            stands = vehicle in self.broken
-            if self._gated:  # else it would be granted a crossing, and stand there in everyone's way
-                self._engine.driver_of[vehicle].row["withheld"] = STOPPING if stands else NOTHING
             if self._standing.brakes:
-                self._traffic.keep_to(vehicle, 0.0 if stands else None)
+                self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
+
+    def _withhold(self) -> None:
+        """Grant nothing to who is cut off, or has broken down: that would stand on the next crossing."""
+        drivers, now = self._engine.driver_of, (self.broken | self._cut_offs) & self._engine.driver_of.keys()
+        for vehicle in (self._withheld - now) & drivers.keys():
+            if drivers[vehicle].row["withheld"] == STOPPING:
+                drivers[vehicle].row["withheld"] = NOTHING
+        for vehicle in now:
+            drivers[vehicle].row["withheld"] = STOPPING
+        self._withheld = now
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
@@ -172,16 +193,18 @@ class Containment:
         for vehicle, why in standing:
             driver = self._engine.driver_of.get(vehicle)
             if driver is not None and vehicle not in self._engine.beside:
-                held = [driver.leg(leg) for leg in range(int(driver.row["tail"]), driver.granted + 1)]
-                self._stuck.update(self._ways.junction(leg) for leg in held[:-1])
-                yield from ((leg.state, (why, vehicle)) for leg in held)
+                self._stand.add(vehicle)
+                across = range(int(driver.row["crossed"]), driver.granted)
+                self._stuck.update(self._ways.junction(driver.leg(leg)) for leg in across)
+                held = range(int(driver.row["tail"]), driver.granted + 1)
+                yield from ((driver.leg(leg).state, (why, vehicle)) for leg in held)
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
         """Return the vehicles that have long stood on a crossing, behind something that stands there."""
         still = [
             driver.id
             for driver in self._engine.drivers
-            if any_stands and driver.speed_mps < _STILL_MPS and driver.row["tail"] != driver.granted
+            if any_stands and driver.speed_mps < _STILL_MPS and driver.row["crossed"] != driver.granted
         ]
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
         return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
@@ -203,7 +226,7 @@ class Containment:
         Vehicles that have another way keep out of these; a vehicle that has none may wait there.
         """
         lost: dict[str, None] = {}
-        firsts = {}
+        firsts: dict[str, Driver] = {}
         for driver in self._engine.drivers:
             here = self._engine.keeper.here(driver.robot)
             if driver.settled and self._engine.keeper.first(here) == driver.robot:
@@ -217,6 +240,7 @@ class Containment:
                 if place not in avoided and self._cut_off(driver, lost) and not self._has_way(driver)
             ]
             if not more:
+                self._cut_offs = {firsts[place].id for place in lost}
                 return lost
             lost |= dict.fromkeys(sorted(more))
 
@@ -228,7 +252,7 @@ class Containment:
         if self._ways.junction(driver.leg(driver.granted)) not in self._stuck:
             return False
         ahead = {self._engine.drivers[other].id for some in keeper.blockers(driver.robot) for other in some}
-        return any(one.vehicle in ahead for one in self.blocked.values())
+        return not ahead.isdisjoint(self._stand)
 
     def _has_way(self, driver: Driver) -> bool:
         """Return whether a vehicle can go on by some way."""
@@ -239,6 +263,7 @@ class Containment:
 
     def _lead(self) -> None:
         """Lead vehicles on by the ways on which nothing is blocked, or is farthest."""
+        self._cut_offs = set()
         if not self.blocked and not self.turns:
             return
         self._lost = self._find_lost()
@@ -262,6 +287,24 @@ class Containment:
                 self._turn(driver, track, position)
             elif best == 0 and self._cut_off(driver, self._lost):
                 self._no_way[own.loop] = None
+                self._leave(driver)
+
+    def _clear(self) -> None:
+        """Let vehicles leave the road that stand behind another in its place; call others back."""
+        if self.roadside is None:
+            return
+        for place, one in self.blocked.items():
+            line = self._engine.line(place) if one.vehicle else []
+            names = [driver.id for driver in line]
+            if one.vehicle in names:
+                for driver in line[names.index(one.vehicle) + 1 :]:
+                    self._leave(driver)
+        self.roadside.look(self.blocked.keys() | self._lost.keys())
+
+    def _leave(self, driver: Driver) -> None:
+        """Let a vehicle that cannot go on leave the road, if vehicles do; not one with stops of its own."""
+        if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
+            self.roadside.take(driver)
 
     def _turn(self, driver: Driver, track: Track, position: int) -> None:
         """Lead a vehicle on by another way from its place, if everyone can go on then."""
@@ -300,5 +343,6 @@ class Containment:
                 "led_round": len(led),
                 "turns": sum(led),
                 "no_way_round": sorted(self._no_way),
+                **({"left_road": self.roadside.report()} if self.roadside is not None else {}),
             }
         }

@@ -54,6 +54,11 @@ def mishaps(summary: Mapping[str, Any]) -> list[str]:
             f"no way led round what stood for vehicles on {listed(no_way)}, or their stops keep them on it: "
             "they waited before it"
         )
+    if left := summary.get("standing", {}).get("left_road"):
+        names = list(dict.fromkeys(one["vehicle"] for one in left))
+        lines.append(
+            f"{counted(len(names), 'vehicle')} left the road, since no way led round: {listed(names)}"
+        )
     if faults := summary["refusals"].get(Reason.FAULT.value):
         lines.append(
             f"{faults} moves were refused because the witness failed the gate's own check; this is a "

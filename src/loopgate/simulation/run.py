@@ -290,6 +290,7 @@ def open_session(
             *((rerouting.look,) if rerouting else ()),
             *((stops.look,) if assembly.stops else ()),
             *((containment.look,) if containment else ()),
+            *((parking.look,) if parking and containment and not assembly.stops else ()),
             *(fleet.around.each_step if fleet else ()),
             *spacing,
             *room,
@@ -357,7 +358,10 @@ def _containment(
         return None
     standing = PlannedStanding(assembly.incidents, stops, assembly.stops)
     waits, ways = scenario.standing == "wait", find_ways_round(assembly)
-    return Containment(standing, ways, traffic, engine, recorder, waits=waits, gated=scenario.gated)
+    leaves = scenario.gated and scenario.standing == "leave"
+    return Containment(
+        standing, ways, traffic, engine, recorder, waits=waits, gated=scenario.gated, leaves=leaves
+    )
 
 
 def _spacing(

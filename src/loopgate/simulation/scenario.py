@@ -24,7 +24,7 @@ from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
 SPACINGS = ("none", "hold", "advice")
-STANDING = ("contain", "wait")
+STANDING = ("contain", "leave", "wait")
 STARTS = ("random", "even")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
@@ -59,7 +59,8 @@ class Scenario:
         TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
     standing
         ``contain``: nobody is let in behind a vehicle that stands long, or onto what is closed, and loops are
-        led round it; ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
+        led round it; ``leave``: besides, vehicles without a way round leave the road until it is free;
+        ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
     starving_s
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     traffic

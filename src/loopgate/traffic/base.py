@@ -275,6 +275,9 @@ class Traffic(Protocol):
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return the accelerations, length and gap of the vehicle."""
 
+    def show_brakes(self, vehicle: str) -> None:
+        """Let others know how hard a vehicle brakes, where it brakes harder than they think."""
+
     def advise(self, vehicle: str, speed_factor: float) -> None:
         """Set the vehicle's speed factor: its wished speed over the speed limit."""
 

@@ -374,6 +374,12 @@ class SumoTraffic(SumoStops, SumoLights):
             speed_factor=float(get.getSpeedFactor(vehicle)),
         )
 
+    def show_brakes(self, vehicle: str) -> None:
+        """Set SUMO's `apparentDecel`, which `setDecel` leaves as it was."""
+        decel = self._vehicle.getDecel(vehicle)
+        if decel > self._vehicle.getApparentDecel(vehicle):
+            self._vehicle.setApparentDecel(vehicle, decel)
+
     def advise(self, vehicle: str, speed_factor: float) -> None:
         self._vehicle.setSpeedFactor(vehicle, speed_factor)
 

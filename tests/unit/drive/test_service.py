@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from books import Books
 from little_roads import LittleRoads, Unfair
-from service_cases import CASES, books
+from service_cases import CASES, books, two_who_want_one_slot
 from small_roads import one_way_grid, road_system
 
 from builders import system
@@ -66,6 +66,14 @@ def test_what_never_ends_outside_keeps_a_vehicle_for_good(reason: Reason) -> Non
     world.books.withhold(reason, 5)
     world.drive(FOR_S)
     assert max(world.longest_s) > LONG_S
+
+
+def test_nothing_is_kept_for_one_that_waits_for_what_stands() -> None:
+    """It could not use it, for as long as that stands: the next one goes."""
+    book, (a, _, d, _) = two_who_want_one_slot()
+    book.withhold(Reason.STOP, a)
+    told = [one for now_s in range(31, 45) for one in book.decide(float(now_s))]
+    assert (d, True, "free") in told
 
 
 def test_where_places_are_crowded_nobody_is_served_and_the_gate_says_so() -> None:

@@ -134,6 +134,8 @@ class JoiningQueue:
                     f"and is {can.length_m:g} m; let it leave the gate, and add it again"
                 )
                 raise TrafficError(msg)
+            if can.decel_mps2 > float(driver.row["decel"]):
+                self._traffic.show_brakes(driver.id)
             driver.drives_like(can)
 
     def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column

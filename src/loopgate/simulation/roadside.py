@@ -1,0 +1,127 @@
+"""Vehicles that no way leads round what stands leave the road, and come back when it is free."""
+
+from __future__ import annotations
+
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+from loopgate.drive.changing import ChangingEngine
+from loopgate.drive.driver import Driver
+from loopgate.errors import TrafficError
+from loopgate.network.stops import Stop
+from loopgate.results.columns import Event
+from loopgate.results.recorder import Recorder
+from loopgate.traffic.base import Traffic
+
+NO_WAY = "no way round"
+"""Why a vehicle leaves the road."""
+
+_FOR_EVER_S = 1e7
+_SOON_STEPS = 3
+_STANDING_MPS = 0.1
+
+_ROUNDING_M = 0.1
+
+_SPAN_M = 1.0
+"""A vehicle that stands no further than this before the end of its stop has reached it [m]."""
+
+
+@dataclass(slots=True)
+class Beside:
+    """A vehicle that has left the road: its place, the next, since when, and until when [s]."""
+
+    vehicle: str
+    place: str
+    ahead: str
+    from_s: float
+    to_s: float | None = None
+    parked: bool = False
+    called: bool = False
+
+    def figures(self) -> dict[str, Any]:
+        """Return it for ``summary.json``."""
+        return {"vehicle": self.vehicle, "place": self.place, "from_s": self.from_s, "to_s": self.to_s}
+
+
+class Roadside:
+    """Parks vehicles beside the road where they stand, and calls them back.
+
+    A vehicle beside the road holds no slot: other vehicles pass it. It comes back as any vehicle does that
+    has parked.
+    """
+
+    def __init__(self, traffic: Traffic, engine: ChangingEngine, recorder: Recorder) -> None:
+        self._traffic, self._engine, self._recorder = traffic, engine, recorder
+        self._out: dict[str, Beside] = {}
+        self._every: list[Beside] = []
+
+    def take(self, driver: Driver) -> None:
+        """Let a vehicle leave the road, if it stands, and holds the place in which it stands and no other."""
+        vehicle, traffic = driver.id, self._traffic
+        if vehicle in self._out or not self._engine.sets_aside or not driver.settled:
+            return
+        lane, at_m = traffic.lane(vehicle)
+        if driver.speed_mps > _STANDING_MPS or not lane or lane.startswith(":"):
+            return
+        place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
+        self._engine.wait_for_nothing(driver)
+        try:
+            traffic.set_stop(vehicle, _stop(lane, at_m))
+        except TrafficError:
+            self._engine.wait_again(driver)
+            return
+        self._out[vehicle] = Beside(vehicle, place, ahead, traffic.now_s)
+
+    def look(self, avoided: AbstractSet[str]) -> None:
+        """Take note of who has parked and who is back; call back who waits for none of these places."""
+        if not self._out:
+            return
+        now, there = self._traffic.now_s, set(self._traffic.vehicles())
+        coming = {one.place for one in self._out.values() if one.called}
+        for one in list(self._out.values()):
+            if one.vehicle not in there:
+                self._over(one, now)
+            elif not one.parked:
+                self._note_parked(one)
+            elif one.called and self._traffic.lane(one.vehicle)[0]:
+                self._over(one, now)
+            elif not one.called and avoided.isdisjoint((one.place, one.ahead)) and one.place not in coming:
+                coming.add(one.place)  # one after the other: they may have parked side by side
+                self.call_back(one.vehicle)
+
+    def call_back(self, vehicle: str) -> None:
+        """Let a vehicle come back as soon as it can, if it is beside the road."""
+        one = self._out.get(vehicle)
+        if one is None or one.called:
+            return
+        one.called = True
+        driver = self._engine.driver_of.get(vehicle)
+        if driver is not None:
+            driver.row["stop_m"] = inf
+        if self._traffic.parks(vehicle):
+            self._traffic.stay(vehicle, _SOON_STEPS * self._traffic.step_s)
+
+    def _note_parked(self, one: Beside) -> None:
+        driver = self._engine.driver_of.get(one.vehicle)
+        if not self._traffic.parks(one.vehicle):
+            return
+        one.parked = driver is None or self._engine.step_aside(driver, NO_WAY)
+        if driver is None:
+            self._recorder.note(self._traffic.now_s, one.vehicle, Event.PARK, one.place, NO_WAY)
+        if one.parked:
+            self._every.append(one)
+
+    def _over(self, one: Beside, now: float) -> None:
+        one.to_s = now
+        del self._out[one.vehicle]
+
+    def report(self) -> list[dict[str, Any]]:
+        """Return the vehicles that left the road, in the order of time, for ``summary.json``."""
+        return [one.figures() for one in self._every]
+
+
+def _stop(lane: str, at_m: float) -> Stop:
+    """Return a stop beside the lane, where a vehicle stands."""
+    return Stop(NO_WAY, "lane", lane, max(0.0, at_m - _SPAN_M), at_m + _ROUNDING_M, _FOR_EVER_S, parks=True)
