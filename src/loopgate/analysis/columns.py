@@ -72,6 +72,7 @@ WAITS_FOR: Final = "waits_for"  # the vehicles whom it waits for
 LANE: Final = "lane"  # the lane on which a vehicle stands
 FROM: Final = "from_s"  # since when
 UNTIL: Final = "to_s"  # until when
+UNWATCHED: Final = "unwatched"  # streets that nobody entered meanwhile, and since when
 
 # one row per kind of message
 MESSAGE: Final = "message"  # its kind

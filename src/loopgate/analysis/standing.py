@@ -17,8 +17,9 @@ _SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the places into which nobody was let, in the order of time.
 
-    `PLACE`, `CAUSE` (closed, breakdown or stop), `VEHICLE` (empty where the place was closed), `FROM` and
-    `UNTIL` [s] (missing if it was so when the run ended).
+    `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (empty where the place was closed),
+    `FROM` and `UNTIL` [s] (missing if it was so when the run ended), `UNWATCHED` (the streets of loops
+    through there that no vehicle entered meanwhile, each with since when).
 
     Parameters
     ----------
@@ -33,7 +34,12 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     ['A1']
     """
     every = summary.get("standing", {}).get("blocked", ())
-    return table(({name: one[key] for name, key in _BLOCKED.items()} for one in every), list(_BLOCKED))
+    rows = (
+        {name: one[key] for name, key in _BLOCKED.items()}
+        | {a.UNWATCHED: ", ".join(f"{e} since {s:g} s" for e, s in one.get("unwatched", {}).items())}
+        for one in every
+    )
+    return table(rows, [*_BLOCKED, a.UNWATCHED])
 
 
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:

@@ -9,8 +9,8 @@ from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
-from loopgate.results.columns import BEGINS
-from loopgate.results.recorder import Recorder
+from loopgate.results.columns import BEGINS, Event
+from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import outcome
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
@@ -27,6 +27,7 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table
 from loopgate.simulation.watching.trips import Trip, gated_trips, read_trips, trip_figures
+from loopgate.simulation.watching.unwatched import note_unwatched
 from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
@@ -162,6 +163,11 @@ def sum_up(
             f"{vehicle}: its odometer leapt by {by_m:.0f} m at {at_s:.0f} s, as where a train turns round or "
             f"a vehicle is moved ({len(leaps)} leaps in all); distances count what was driven"
         )
+    if standing := told.get("standing"):
+        tracks = (*assembly.tracks, *(one.track for one in assembly.departures if one.track is not None))
+        events = read_events(folder / outcome.EVENTS, (Event.EDGE,))
+        period = {"begin_s": course.begin_s, "end_s": course.end_s}
+        note_unwatched(standing["blocked"], tracks, events, **period)
     summary |= told
     if scenario.traffic or assembly.others:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
