@@ -479,6 +479,7 @@ def _without(pattern: str, instead: str = "") -> str:
         (_without(r' via="[^"]*"'), "no connection names the internal lane that it leads over (via)"),
         (_without(r'    <connection from="s1" to="l1"[^>]*/>\n'), "leads over the internal lane :D1_1_0"),
         (_without(r' via=":X12_4_0"'), "no connection leads over the internal lane :X12_4_0"),
+        (_without(r'incLanes="p2c_0 l1_0"', 'incLanes=""'), "junction M1: incLanes lacks "),
         (_without(r'(?<=foes="00" )cont="0"', 'cont="true"'), "junction D1: request 0 has cont, but its"),
         (_without(r'intLanes=":X12_0_0 ', 'intLanes="'), "junction X12: 3 lanes in intLanes for 4 requests"),
     ],

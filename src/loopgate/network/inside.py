@@ -23,6 +23,7 @@ def check_inside(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -> 
     _check_named(net, file)
     _check_led_over(net, file)
     _check_waiting(net, file, waiting)
+    _check_listed(net, file)
 
 
 def lanes_over(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
@@ -90,5 +91,19 @@ def _check_waiting(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -
             what = (
                 f"junction {name}: request {index} has cont, but its movement only the internal lane {lane}"
             )
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_listed(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if a junction with requests does not list a lane that leads over it."""
+    for node in net.getNodes():
+        if node.getType() == "internal" or not node._prohibits:  # noqa: SLF001 - it has no other name
+            continue
+        listed = set(node._incLanes)  # noqa: SLF001 - as above
+        roads = [edge for edge in node.getIncoming() if edge.getFunction() == ""]
+        lanes = (lane for edge in roads for lane in edge.getLanes() if lane.getOutgoing())
+        if lane := next((lane.getID() for lane in lanes if lane.getID() not in listed), ""):
+            what = f"junction {node.getID()}: incLanes lacks {lane}, from which a connection leads over it"
             msg = f"{file}: {what}: build the network anew with netconvert"
             raise NetworkError(msg)
