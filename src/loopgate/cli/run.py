@@ -16,6 +16,7 @@ from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
 from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
+    DRIVERS,
     LIGHTS,
     ON_DEADLOCK,
     SPACINGS,
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 
 GROUPS = {
     "Loops": ("routes", "loops", "loop_length_m", "max_shared", "u_turns", "loops_seed"),
-    "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "starts", "stops", "traffic"),
+    "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "drivers", "starts", "stops", "traffic"),
     "Gate": (
         *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
         *("incidents", "standing", "rho_m", "piece_m"),
@@ -126,6 +127,11 @@ GROUPS = {
     "--starts",
     type=click.Choice(STARTS),
     help="Start positions: random (default), or even (more vehicles on longer laps, evenly spaced).",
+)
+@click.option(
+    "--drivers",
+    type=click.Choice(DRIVERS),
+    help="human (default): as the vehicle types say; machine: no dawdling, short headway.",
 )
 @click.option(
     "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."

@@ -41,6 +41,7 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_trips(summary),
         *_stops(summary),
         *_spacing(summary),
+        *_drivers(summary),
         ("coverage", _coverage(summary)),
         *_seen(summary),
         ("idleness on loops", _idleness(summary)),
@@ -183,6 +184,12 @@ def _spacing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     done = {"hold": "gates hold vehicles that are ahead", "advice": "each vehicle is told a speed"}
     said = done.get(summary.get("spacing", "none"))
     return [("spacing", said)] if said else []
+
+
+def _drivers(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about drivers, if machines drove."""
+    machine = summary.get("drivers") == "machine"
+    return [("drivers", "machines: no dawdling, one desired speed, short headway")] if machine else []
 
 
 def _strange(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -31,6 +31,7 @@ from loopgate.simulation.demand.placing import (
     spread,
 )
 from loopgate.simulation.demand.random_loops import random_loops
+from loopgate.simulation.drivers import driven_by_machines
 from loopgate.simulation.fleet.spacing import advised_type
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
@@ -238,6 +239,15 @@ def read_vehicles(
     scenario: Scenario, network: RoadNetwork
 ) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
     """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
+    vehicles, warnings, file = _read_vehicles(scenario, network)
+    if scenario.drivers == "machine":
+        vehicles = driven_by_machines(vehicles, scenario.step_s)
+    return vehicles, warnings, file
+
+
+def _read_vehicles(
+    scenario: Scenario, network: RoadNetwork
+) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
     own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
     if not scenario.routes and not own:
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)

@@ -265,6 +265,7 @@ def summary(
         "decide": scenario.decide,
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
+        "drivers": scenario.drivers,
         "starts": scenario.rule_for_starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),

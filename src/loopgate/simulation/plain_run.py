@@ -60,6 +60,12 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
                 "the configuration is on a loop; give loops (--routes, --loops), or leave it out"
             )
             raise ScenarioError(msg)
+    if scenario.drivers == "machine" and not scenario.routes:
+        msg = (
+            f"{scenario.network}: drivers machine: SUMO reads the vehicles of a configuration itself; "
+            "give its network and its route file (--routes)"
+        )
+        raise ScenarioError(msg)
     began = perf_counter()
     said = sumo_options(scenario)
     with writing(folder / outcome.SCENARIO):

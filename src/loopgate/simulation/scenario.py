@@ -26,6 +26,7 @@ LIGHTS = ("off", "keep", "obey")
 SPACINGS = ("none", "hold", "advice")
 STANDING = ("contain", "leave", "wait")
 STARTS = ("random", "even")
+DRIVERS = ("human", "machine")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -109,6 +110,9 @@ class Scenario:
         Even spacing of the vehicles on a loop. ``hold``: a vehicle too far ahead waits some seconds at gates.
         ``advice``: each vehicle is told its speed. ``none``: no spacing. Empty for ``hold`` in a gated run
         with `revisit_s`, otherwise ``none``.
+    drivers
+        ``human``: as the vehicle types say. ``machine``: no dawdling, no spread of speeds, and a headway of
+        half a second or a step, also under ``open``.
     starts
         ``even``: vehicles in proportion to the time of a lap, evenly round each loop. ``random``: as many
         vehicles on each loop, at random places, unless the route file gives them. Empty for ``even`` if the
@@ -173,6 +177,7 @@ class Scenario:
     decide: Annotated[str, text()] = CENTRAL
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
+    drivers: Annotated[str, choice(DRIVERS)] = "human"
     starts: Annotated[str, choice(("", *STARTS))] = ""
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     weights: Annotated[str, text()] = ""

@@ -16,6 +16,7 @@ from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.trips import ways_between
 from loopgate.reading import counted, is_file, read_words, refusing, shown
+from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
 
 _MOST_SHOWN = 5
@@ -37,14 +38,14 @@ def choose_gated(
         return list(vehicles), []
     names: Collection[str] = ()
     if who != "loops":
-        names = {v.id for v in once if v.type.id == who} or _named(who, once)
+        names = {v.id for v in once if type_name(v.type) == who} or _named(who, once)
     mine = [v for v in vehicles if v.loop.closed or v.id in names]
     gated = {v.id for v in mine}
     return mine, [v for v in once if v.id not in gated]
 
 
 def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
-    kinds = list(dict.fromkeys(v.type.id for v in vehicles))
+    kinds = list(dict.fromkeys(type_name(v.type) for v in vehicles))
     if not is_file(who):
         listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
         msg = (

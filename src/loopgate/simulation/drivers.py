@@ -1,0 +1,55 @@
+"""Drivers: as SUMO models humans, or as a controlled vehicle drives."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from loopgate.network import LoopVehicle, VehicleType
+
+_MACHINE = "@machine"
+"""Is at the end of the names of such types, beside those of the file."""
+
+_HEADWAY_S = 0.5
+"""The headway that a controlled vehicle keeps, if a step is not longer [s]."""
+
+
+def as_machine(kind: VehicleType, step_s: float) -> VehicleType:
+    """Return a vehicle type as a controlled vehicle drives.
+
+    It never dawdles (``sigma`` 0), its desired speed is not drawn (``speedDev`` 0, the mean of a distribution
+    in ``speedFactor``), and its headway ``tau`` is half a second, or a step if that is longer. A shorter
+    headway of the type stays. Its name is the type's with ``@machine``.
+
+    Parameters
+    ----------
+    kind
+        The type as the file has it.
+    step_s
+        Length of a simulation step [s].
+
+    Examples
+    --------
+    >>> from loopgate.network import VehicleType
+    >>> as_machine(VehicleType("car", attributes={"sigma": "0.8"}), 1.0).attributes
+    {'sigma': '0', 'speedDev': '0', 'tau': '1'}
+    """
+    attributes = dict(kind.attributes)
+    factor = attributes.get("speedFactor", "")
+    if "(" in factor:  # normc(mean,deviation,least,most)
+        attributes["speedFactor"] = factor.partition("(")[2].partition(",")[0]
+    tau_s = min(float(attributes.get("tau", "1")), max(_HEADWAY_S, step_s))
+    steady = {"sigma": "0", "speedDev": "0", "tau": f"{tau_s:g}"}
+    return replace(kind, id=f"{kind.id}{_MACHINE}", attributes={**attributes, **steady})
+
+
+def type_name(kind: VehicleType) -> str:
+    """Return the name that a type has in the file."""
+    return kind.id.removesuffix(_MACHINE)
+
+
+def driven_by_machines(vehicles: Sequence[LoopVehicle], step_s: float) -> list[LoopVehicle]:
+    """Return the vehicles as controlled vehicles drive; vehicles of one type share one type."""
+    once: dict[int, VehicleType] = {}
+    for vehicle in vehicles:
+        if id(vehicle.type) not in once:
+            once[id(vehicle.type)] = as_machine(vehicle.type, step_s)
+    return [replace(vehicle, type=once[id(vehicle.type)]) for vehicle in vehicles]
