@@ -7,7 +7,7 @@ from loopgate.gates.registry import check_gate, name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.network import RoadNetwork
 from loopgate.simulation.attaching.attached import Attached
-from loopgate.simulation.scenario import LONGEST_GATED_STEP_S
+from loopgate.simulation.scenario import LONGEST_GATED_STEP_S, STANDING
 from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
 
@@ -22,6 +22,7 @@ def attach(
     lights: str = "obey",
     seed: int = 1,
     starving_s: float = 600.0,
+    standing: str = "contain",
 ) -> Attached:
     """Put vehicles of a running simulation under a gate.
 
@@ -39,6 +40,9 @@ def attach(
         Of the negotiation.
     starving_s
         How long a vehicle is granted nothing, and hardly drives, before it counts as starving [s].
+    standing
+        ``contain``: vehicles are led round what stands; ``leave``: besides, vehicles without a way park
+        beside the road until it is free; ``wait``: vehicles wait.
 
     Returns
     -------
@@ -79,6 +83,9 @@ def attach(
     if lights not in _LIGHTS:
         msg = f"lights is {lights!r}; expected one of {', '.join(_LIGHTS)}"
         raise ScenarioError(msg)
+    if standing not in STANDING:
+        msg = f"standing is {standing!r}; expected one of {', '.join(STANDING)}"
+        raise ScenarioError(msg)
     return Attached(
         running,
         RoadNetwork.open(running.setting("net-file")),
@@ -87,6 +94,7 @@ def attach(
         lights=lights,
         seed=seed,
         starving_s=starving_s,
+        standing=standing,
     )
 
 

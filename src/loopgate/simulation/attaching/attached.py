@@ -83,10 +83,11 @@ class Attached:
         lights: str,
         seed: int,
         starving_s: float = 600.0,
+        standing: str = "contain",
     ) -> None:
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
         self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
-        self._starving_s = starving_s
+        self._starving_s, self._standing = starving_s, standing
         self._negotiation = make_negotiation(negotiation, Random(seed))
         self._stack = ExitStack()
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
@@ -202,6 +203,7 @@ class Attached:
             if vehicle not in self._fleet.members and vehicle not in self._entrance.newcomers:
                 msg = f"vehicle {vehicle}: it is not under the gate; add it first"
                 raise TrafficError(msg)
+        self._contained.call_back(vehicles)
         self._entrance.drop(vehicles, "left")
         for vehicle in vehicles:
             self._send_home(vehicle)
@@ -402,7 +404,9 @@ class Attached:
         self._made = JoiningQueue(self._network, self._traffic, self._recorder, rules)
         fleet = self._made.fleet
         fleet.on_leaving = self._count
-        contained = OwnersContainment(self._sumo, self._network, self._recorder, self._made)
+        contained = OwnersContainment(
+            self._sumo, self._network, self._recorder, self._made, standing=self._standing
+        )
         self._contained, self._made.before_asking = contained, contained.look
         self._hunger = StarvationWatch(
             fleet.engine,
@@ -431,7 +435,8 @@ class Attached:
             final = self._figures()
             with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
                 final |= self._fleet.around.report()
-                self._entrance.drop([*self._fleet.members, *self._entrance.newcomers], "end")
+                self._contained.call_back(self._known)
+                self._entrance.drop(self._known, "end")
             self._recorder.close()
             self._events = self._recorder.read()
             self._final = final

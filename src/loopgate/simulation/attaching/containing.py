@@ -66,10 +66,18 @@ class OwnersContainment:
         The running simulation, its roads, and the recorder of events.
     queue
         The vehicles under the gate, and what they drive by.
+    standing
+        As in `loopgate.attach`.
     """
 
     def __init__(
-        self, sumo: RunningSumo, network: RoadNetwork, recorder: Recorder, queue: JoiningQueue
+        self,
+        sumo: RunningSumo,
+        network: RoadNetwork,
+        recorder: Recorder,
+        queue: JoiningQueue,
+        *,
+        standing: str = "contain",
     ) -> None:
         self._sumo, self._network, self._queue = sumo, network, queue
         self._standing = OwnersStanding(sumo, queue)
@@ -81,7 +89,16 @@ class OwnersContainment:
         self._plan = queue.plan
         self._next_s = 0.0
         ways = WaysRound(network.edges, (), {})
-        self._contained = Containment(self._standing, ways, sumo.traffic, queue.fleet.engine, recorder)
+        self._waits = standing == "wait"
+        self._contained = Containment(
+            self._standing,
+            ways,
+            sumo.traffic,
+            queue.fleet.engine,
+            recorder,
+            waits=self._waits,
+            leaves=standing == "leave",
+        )
 
     def block(self, names: Iterable[str]) -> None:
         """Take note of vehicles that stand, and of edges and lanes onto which nobody may be let.
@@ -135,7 +152,8 @@ class OwnersContainment:
         if now >= self._next_s:
             self._next_s = now + _EVERY_S
             self._drop_gone()
-            self._find_ways()
+            if not self._waits:
+                self._find_ways()
         if self._plan is not self._queue.plan:
             self._plan = self._queue.plan
             tracks = [replace(track, renews=True) for track in self._plan.tracks]
@@ -200,6 +218,12 @@ class OwnersContainment:
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]
         crossed = {edge: self._into[self._network.edges[edge].from_junction] for edge in held[1:]}
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]
+
+    def call_back(self, vehicles: Iterable[str]) -> None:
+        """Let vehicles back onto the road that have left it, as soon as there is room."""
+        if self._contained.roadside is not None:
+            for vehicle in vehicles:
+                self._contained.roadside.call_back(vehicle)
 
     def why(self, vehicle: str) -> str:
         """Return why a vehicle stands, if the owner has named it or set a long stop; else an empty text."""
