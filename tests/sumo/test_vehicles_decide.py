@@ -11,10 +11,12 @@ import pytest
 
 from loopgate.drive.by_messages.controllers import ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
+from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.errors import ScenarioError
 from loopgate.simulation.fleet import fleet
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
+from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles import post as posts
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.post import Post
@@ -70,6 +72,10 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     for post in decisions.posts:
         _numbers(post)
         assert len(post.line) <= post.slots
+    for keeper in decisions.keepers:
+        _numbers(dataclasses.replace(keeper, conflicts=()))
+        _numbers(tuple(keeper.conflicts))
+    assert len(decisions.keepers) > 20  # one for each junction, none for all
     said = {field.name for field in dataclasses.fields(Vehicle)}
     assert said == {"id", "loop", "at", "number", "inside", "rears", "untold", "forgot"}
     assert {field.name for field in dataclasses.fields(Post)} == {
@@ -86,12 +92,42 @@ def test_a_post_decides_from_its_books_and_a_message(decides: Any) -> None:  # n
     }
 
 
+def test_a_keeper_decides_from_its_books_those_of_one_post_and_a_message() -> None:
+    """And from its clock."""
+    assert list(inspect.signature(keepers.receive).parameters) == ["keeper", "post", "message", "now_s"]
+
+
 @pytest.mark.parametrize("decides", [cars.ask, cars.granted, cars.give_back, cars.rear_out, cars.heard])
 def test_a_vehicle_decides_from_what_it_knows(decides: Any) -> None:  # noqa: ANN401  any of these
     """Itself, a message, and since when it waits."""
     first, *rest = inspect.signature(decides).parameters
     assert first == "vehicle"
-    assert rest in ([], ["stamp"], ["grant"], ["room"])
+    assert rest in ([], ["stamp", "now_s", "free"], ["grant"], ["room"])
+
+
+def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No negotiation is asked; two whose ways cross never have leases at a time; somebody is refused."""
+    seen: list[bool] = []
+    right = keepers.receive
+
+    def looked_at(*given: Any) -> keepers.Answer:  # noqa: ANN401  as there
+        keeper, post, out = right(*given)
+        pairs = [(a.way, b.way) for a in keeper.leases for b in keeper.leases]
+        seen.append(any(pair in keeper.conflicts for pair in pairs))
+        return keeper, post, out
+
+    def asked(*given: Any) -> None:  # noqa: ANN401  whatever is asked
+        pytest.fail(f"the negotiation was asked: {given}")
+
+    monkeypatch.setattr(keepers, "receive", looked_at)
+    monkeypatch.setattr(Gatekeeper, "_in_order", asked)
+    summary = simulate(dataclasses.replace(CROWD, vehicles=300, duration_s=40.0))
+    assert (summary["outcome"], summary["clean"]) == ("done", True)
+    assert summary["by_messages"]["refused"]["crossing"] > 0
+    assert len(seen) > 500
+    assert not any(seen)
 
 
 def test_the_same_seed_gives_the_same_messages() -> None:

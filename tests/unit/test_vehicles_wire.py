@@ -32,13 +32,14 @@ from loopgate.vehicles.process import LARGEST, serve
 from loopgate.vehicles.wire import WireError, decode, encode, pack, read_answer, unpack, write_answer
 
 SAID: list[Message] = [
-    Ask(7, 1, 4, 3, 8, (2.5, 1)),
-    Grant(1, 4, 7),
+    Ask(7, 1, 4, 3, 8, (2.5, 1), 4.5, free=False),
+    Grant(1, 4, 7, 6.5, 2),
     Refuse(1, 4, 7, Why.LATE),
     Left(3, 1, 4),
     Probe(7, 2, 5, (2.5, 1), 3, (2, 9), 6),
     Clear(2, 5, (2, 9, 7)),
 ]
+LINE: dict[str, Any] = {"since_s": 2.5, "now_s": 4.5, "ahead": 0.5, "here": 0.5, "free": True}
 EACH: list[Message] = [
     *SAID,
     Offer(1, 7),
@@ -99,10 +100,10 @@ def test_the_schema_describes_what_is_said() -> None:
     heard: list[dict[str, Any]] = [{"turn": 3, "event": "hear", "message": encode(one)} for one in EACH]
     said: list[dict[str, Any]] = [
         {"vehicle": 1, "hello": True},
-        {"turn": 1, "event": "start", "loop": [1, 2], "at": 0, "rears": [], "clock": 0},
-        {"turn": 2, "event": "line", "since_s": 4.0},
+        {"turn": 1, "event": "start", "loop": [1, 2], "at": 0, "rears": [], "clock": 0, "crowded": 0.5},
+        {"turn": 2, "event": "line", **LINE},
         *heard,
-        {"turn": 4, "event": "crossing", "free": True},
+        {"turn": 4, "event": "crossing", "now_s": 5.0, "free": True},
         *({"turn": 5, "event": event} for event in ("rear", "patience", "end")),
         write_answer(1, 6, Answer(tuple(EACH), goes=True)),
     ]
@@ -136,13 +137,13 @@ def test_a_process_answers_as_its_controller_and_the_same_turn_twice() -> None:
             bridge.sendto(pack(said), at)
             return unpack(bridge.recv(LARGEST))
 
-        tell(turn=1, event="start", loop=[3, 7], at=0, rears=[], clock=0)
+        tell(turn=1, event="start", loop=[3, 7], at=0, rears=[], clock=0, crowded=0.5)
         bridge.sendto(b"no object", at)  # not answered, and it goes on
-        asked = tell(turn=2, event="line", since_s=2.5)
-        assert read_answer(asked).say == (Ask(7, 1, 1, 3, 3, (2.5, 1)),)
-        assert tell(turn=2, event="line", since_s=2.5) == asked
+        asked = tell(turn=2, event="line", **LINE)
+        assert read_answer(asked).say == (Ask(7, 1, 1, 3, 3, (2.5, 1), 4.5),)
+        assert tell(turn=2, event="line", **LINE) == asked
         assert tell(turn=3, event="hear", message=encode(Grant(1, 1, 7)))["holds"]
-        gone = read_answer(tell(turn=4, event="crossing", free=True))
+        gone = read_answer(tell(turn=4, event="crossing", now_s=5.0, free=True))
         assert (gone.goes, len(gone.say)) == (True, 2)
         bridge.sendto(pack({"turn": 5, "event": "end"}), at)
         aboard.join(20.0)

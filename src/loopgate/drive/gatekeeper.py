@@ -322,7 +322,8 @@ class Gatekeeper:
         self._run["at_once"] = self._at_once
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
-        robots = self._in_order(self._step(drive.COLLECT), now_s)
+        ready = self._step(drive.COLLECT)
+        robots = self._in_order(ready, now_s) if self.by_messages is None else self._due(ready, now_s)
         if self.by_messages is not None:
             began = perf_counter_ns()
             self.by_messages.decide(robots, now_s, all_of_step=self._all_of_step)
@@ -337,12 +338,16 @@ class Gatekeeper:
             for robot in robots:
                 self._decide_one(robot)
 
+    def _due(self, ready: int, now_s: float) -> list[int]:
+        """Return those that are ready and may ask."""
+        return [one for one in self._entries["ready"][:ready].tolist() if self._is_due(one, now_s)]
+
     def _in_order(self, ready: int, now_s: float) -> list[int]:
         """Return who goes of those that are ready, in order; the others are to stay."""
         listed = self._entries["ready"]
         if self._by_pressure and not self._run["serving"][0]:
             return cast("list[int]", listed[: self._step(drive.ORDER, ready)].tolist())
-        requests = [self._request(robot) for robot in listed[:ready].tolist() if self._is_due(robot, now_s)]
+        requests = [self._request(robot) for robot in self._due(ready, now_s)]
         ordered = [request.robot for request in self._ordered(requests, now_s)] if requests else []
         staying = [request.robot for request in requests if request.robot not in ordered]
         self._entries["staying"][: len(staying)] = staying

@@ -255,10 +255,11 @@ def collect(t: Tables) -> int:
     begin = run.waiting - run.fresh
     if run.now_s > run.decided_s:
         run.decided_s = run.now_s
-        keep_for_late(t)
-        if run.serving > 0:
-            _look_outside(t)
-        service.serve(t)
+        if not run.alone:
+            keep_for_late(t)
+            if run.serving > 0:
+                _look_outside(t)
+            service.serve(t)
         begin = 0
     run.fresh = 0
     ready = 0

@@ -335,6 +335,8 @@ class DriveRow:
         keep the simulator's right of way too.
     at_once
         Whether nothing outside of the system but lights can stop one that has been let go.
+    alone
+        Whether vehicles decide by themselves, so that nothing is kept for anybody here.
     crowded, patience_s, wait_s
         Of `Pressure`, where that is compiled.
     serve_after_s
@@ -375,6 +377,7 @@ class DriveRow:
     foresees: bool
     yields: bool
     at_once: bool
+    alone: bool
     crowded: float
     patience_s: float
     wait_s: float

@@ -42,12 +42,6 @@ class Whereabouts:
     def __init__(self, tables: Tables) -> None:
         v, legs = cast("Any", tables.vehicles), cast("Any", tables.legs)
         self._front, self._granted, self._tail = v["front"], v["granted"], v["tail"]
-        self._leg_at, self._legs_of = v["leg_at"], v["legs"]
-        passes, foes = cast("Any", tables.passes), cast("Any", tables.foes)
-        self._pass_at, self._pass_end = legs["pass_at"], legs["pass_end"]
-        self._movement, self._foe_at, self._foe_end = (passes[c] for c in ("movement", "foe_at", "foe_end"))
-        self._foe = foes["movement"]
-        self._crossings: dict[int, tuple[frozenset[int], frozenset[int]]] = {}
         made: dict[int, Way] = {}
         self.ways: list[Way] = []
         """By vehicle."""
@@ -85,17 +79,6 @@ class Whereabouts:
         places = self.ways[vehicle].places
         rears = tuple(self._place(vehicle, leg) for leg in range(tail, granted))
         return tuple(places), granted % len(places), rears
-
-    def crossing(self, vehicle: int) -> tuple[frozenset[int], frozenset[int]]:
-        """Return the movements of the crossing that a vehicle wants, and those in conflict with them."""
-        at = int(self._leg_at[vehicle] + self._granted[vehicle] % self._legs_of[vehicle])
-        if at not in self._crossings:
-            moves, foes = set[int](), set[int]()
-            for k in range(int(self._pass_at[at]), int(self._pass_end[at])):
-                moves.add(int(self._movement[k]))
-                foes.update(self._foe[int(self._foe_at[k]) : int(self._foe_end[k])].tolist())
-            self._crossings[at] = frozenset(moves), frozenset(foes)
-        return self._crossings[at]
 
     def _legs(self, vehicle: int, place: int) -> Iterator[int]:
         way, granted = self.ways[vehicle], int(self._granted[vehicle])

@@ -44,26 +44,45 @@ class Controller:
     ----------
     vehicle
         What it knows at the beginning.
+    crowded
+        The share of slots taken from which on it leaves room for others; above 1 it never does.
 
     Examples
     --------
     >>> from loopgate.vehicles.messages import Grant
     >>> one = Controller(Vehicle(1, loop=(3, 7)))
-    >>> one.at_line((0.0, 1)).say
-    (Ask(place=7, vehicle=1, number=1, here=3, then=3, stamp=(0.0, 1)),)
-    >>> one.hear(Grant(1, 1, 7)).holds
+    >>> one.at_line((0.0, 1), 4.5, free=True).say
+    (Ask(place=7, vehicle=1, number=1, here=3, then=3, stamp=(0.0, 1), sent_s=4.5, free=True),)
+    >>> one.hear(Grant(1, 1, 7, until_s=7.0)).holds
     True
-    >>> one.crossing(free=True).goes
+    >>> one.crossing(5.0, free=True).goes
     True
     """
 
-    def __init__(self, vehicle: Vehicle) -> None:
+    def __init__(self, vehicle: Vehicle, crowded: float = 2.0) -> None:
         self.vehicle = vehicle
+        self._crowded = crowded
         self._grant: Grant | None = None
 
-    def at_line(self, stamp: Stamp) -> Answer:
-        """Ask: it is first in line and near the line, its crossing is free, and it wants on since then."""
-        return Answer((cars.ask(self.vehicle, stamp),))
+    def at_line(
+        self, stamp: Stamp, now_s: float, shares: tuple[float, float] = (0.0, 0.0), *, free: bool
+    ) -> Answer:
+        """Ask, or say that it waits, or leave room for others: it is first in line, and near the line.
+
+        Parameters
+        ----------
+        stamp
+            Since when it wants on, and its number.
+        now_s
+            By its own clock [s].
+        shares
+            Of the slots taken in the place that it wants, and in its own, as it heard posts say last.
+        free
+            Whether its crossing is free, as it sees it.
+        """
+        if free and cars.leaves_room(*shares, now_s - stamp[0], self._crowded):
+            return Answer()
+        return Answer((cars.ask(self.vehicle, stamp, now_s, free=free),))
 
     def hear(self, message: ToVehicle) -> Answer:
         """Take in what a post says."""
@@ -80,11 +99,12 @@ class Controller:
             return Answer(tuple(out))
         return Answer()
 
-    def crossing(self, *, free: bool) -> Answer:
-        """Go by the grant that it holds, if the crossing is still free; else give it back."""
+    def crossing(self, now_s: float, *, free: bool) -> Answer:
+        """Go by the grant that it holds, if that lasts and the crossing is still free; else give it back."""
         grant, self._grant = self._grant, None
         if grant is None or not cars.awaits(self.vehicle, grant):
             return Answer()
+        free = free and cars.in_time(grant, now_s)
         if free:
             self.vehicle, out = cars.granted(self.vehicle, grant)
         else:
@@ -103,7 +123,9 @@ class Controller:
         return Answer(tuple(cars.repeat(self.vehicle)))
 
     @classmethod
-    def start(cls, number: int, loop: Sequence[int], at: int, rears: Sequence[int], clock: int) -> Controller:
+    def start(
+        cls, number: int, loop: Sequence[int], at: int, rears: Sequence[int], clock: int, crowded: float = 2.0
+    ) -> Controller:
         """Return the controller of a vehicle that begins, or that has lost its memory, at this clock.
 
         Its numbers go on from the clock, which is ahead of all that it has used: it goes less than a thousand
@@ -118,6 +140,8 @@ class Controller:
             still in, as its odometer says.
         clock
             In milliseconds.
+        crowded
+            As above.
         """
         car = Vehicle(number, tuple(loop), at)
-        return cls(cars.begin_anew(car, rears, clock) if clock else car)
+        return cls(cars.begin_anew(car, rears, clock) if clock else car, crowded)

@@ -26,13 +26,19 @@ class Why(StrEnum):
     """The probe of an older wish passed here."""
     CHANGED = "changed"
     """The probe went round a circle of other places, in which some vehicle has moved and a post not heard."""
+    CROSSING = "crossing"
+    """Another vehicle may go over the crossing before it."""
     LATE = "late"
     """The probe or its answer did not come in time."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """Vehicle to the post of the place that it wants: let me in. It stands `here`, and wants `then` next."""
+    """Vehicle to the post of the place that it wants: let me in. It stands `here`, and wants `then` next.
+
+    `sent_s` is when it says so, by its own clock [s]; `free` is whether it sees its crossing free: if not, it
+    only says that it waits.
+    """
 
     place: int
     vehicle: int
@@ -40,15 +46,23 @@ class Ask:
     here: int
     then: int
     stamp: Stamp
+    sent_s: float = 0.0
+    free: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Grant:
-    """Post to vehicle: a slot of my place is yours."""
+    """Post to vehicle: a slot of my place is yours, and the crossing until then, by your clock [s].
+
+    None is for ever: where no keeper leases the crossing. `there` is how many are in the place
+    now: all around hear it.
+    """
 
     vehicle: int
     number: int
     place: int
+    until_s: float | None = None
+    there: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +121,12 @@ class Here:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Post to all around, in answer to `Left` or `Here`: a slot is free."""
+    """Post to all around, in answer to `Left` or `Here`: a slot is free, and so many are in the place."""
 
     vehicle: int
     number: int
     place: int
+    there: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,7 +79,7 @@ class Post:
     >>> post = Post(7, 2)
     >>> post, out = receive(post, Ask(7, vehicle=1, number=1, here=3, then=8, stamp=(0, 1)))
     >>> out
-    [Grant(vehicle=1, number=1, place=7)]
+    [Grant(vehicle=1, number=1, place=7, until_s=None, there=0)]
     """
 
     place: int

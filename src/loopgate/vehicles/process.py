@@ -63,7 +63,8 @@ def serve(host: str, port: int, number: int) -> None:
 def _start(number: int, said: dict[str, Any]) -> Controller:
     """Return the controller that begins with this."""
     loop, rears = (tuple(map(int, said[name])) for name in ("loop", "rears"))
-    return Controller.start(number, loop, int(said["at"]), rears, int(said["clock"]))
+    crowded = float(said["crowded"])
+    return Controller.start(number, loop, int(said["at"]), rears, int(said["clock"]), crowded)
 
 
 def _told(controller: Controller | None, said: dict[str, Any]) -> Answer:
@@ -73,12 +74,14 @@ def _told(controller: Controller | None, said: dict[str, Any]) -> Answer:
         msg = "the bridge has not said where the vehicle is"
         raise WireError(msg)
     if event == "line":
-        return controller.at_line((float(said["since_s"]), controller.vehicle.id))
+        stamp = float(said["since_s"]), controller.vehicle.id
+        shares = float(said["ahead"]), float(said["here"])
+        return controller.at_line(stamp, float(said["now_s"]), shares, free=said["free"] is True)
     if event == "hear":
         message = decode(said["message"])
         return controller.hear(message) if isinstance(message, Grant | Refuse | Offer | Room) else Answer()
     if event == "crossing":
-        return controller.crossing(free=said["free"] is True)
+        return controller.crossing(float(said["now_s"]), free=said["free"] is True)
     if event == "rear":
         return controller.rear_out()
     return controller.remind() if event == "patience" else Answer()

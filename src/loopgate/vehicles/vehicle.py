@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 
 from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Moved, Room, Stamp
 
+_ROOM_S = 100.0
+"""After so long a vehicle may go from an empty place into a full one [s]."""
+
 Told = tuple[int, int]
 """A place, and the number under which the vehicle is in the books there."""
 
@@ -38,8 +41,8 @@ class Vehicle:
     --------
     >>> from loopgate.vehicles.messages import Grant
     >>> car = Vehicle(1, loop=(3, 7))
-    >>> ask(car, (0, 1))
-    Ask(place=7, vehicle=1, number=1, here=3, then=3, stamp=(0, 1))
+    >>> ask(car, (0, 1), 2.5).sent_s
+    2.5
     >>> car, out = granted(car, Grant(1, 1, 7))
     >>> car.place, out
     (7, [Goes(place=7, vehicle=1, number=1), Moved(place=3, vehicle=1, number=0)])
@@ -68,15 +71,53 @@ class Vehicle:
 Answer = tuple[Vehicle, list[Message]]
 
 
-def ask(vehicle: Vehicle, stamp: Stamp) -> Ask:
-    """Return what it says to get on, once it is first in line."""
+def ask(vehicle: Vehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True) -> Ask:
+    """Return what it says to get on, once it is first in line.
+
+    Parameters
+    ----------
+    stamp
+        Since when it wants this, and its number.
+    now_s
+        By its own clock [s].
+    free
+        Whether it sees its crossing free.
+    """
     then = vehicle.loop[(vehicle.at + 2) % len(vehicle.loop)]
-    return Ask(vehicle.wanted, vehicle.id, vehicle.number + 1, vehicle.place, then, stamp)
+    return Ask(vehicle.wanted, vehicle.id, vehicle.number + 1, vehicle.place, then, stamp, now_s, free)
 
 
 def awaits(vehicle: Vehicle, grant: Grant) -> bool:
     """Return whether a grant is for what it wants now."""
     return grant.number == vehicle.number + 1 and grant.place == vehicle.wanted
+
+
+def leaves_room(ahead: float, here: float, waited_s: float, crowded: float) -> bool:
+    """Return whether a vehicle does not ask yet, so as to leave room for others.
+
+    The same rule as `loopgate.negotiation.pressure.Pressure`: no vehicle drives from an emptier place into a
+    crowded one, unless it has waited the longer, the fuller that is.
+
+    Parameters
+    ----------
+    ahead, here
+        Shares of the slots taken in the place that it wants, and in its own, as posts said last.
+    waited_s
+        How long it has waited [s].
+    crowded
+        The share from which on a place is crowded.
+
+    Examples
+    --------
+    >>> leaves_room(0.9, 0.4, 10.0, crowded=0.6), leaves_room(0.9, 0.4, 60.0, crowded=0.6)
+    (True, False)
+    """
+    return ahead >= crowded and ahead - here >= waited_s / _ROOM_S
+
+
+def in_time(grant: Grant, now_s: float) -> bool:
+    """Return whether the lease that comes with a grant lasts still, by the vehicle's clock [s]."""
+    return grant.until_s is None or now_s <= grant.until_s
 
 
 def granted(vehicle: Vehicle, grant: Grant) -> Answer:

@@ -69,8 +69,8 @@ def encode(message: Message) -> dict[str, Any]:
 
     Examples
     --------
-    >>> encode(Grant(vehicle=1, number=4, place=7))
-    {'kind': 'grant', 'vehicle': 1, 'number': 4, 'place': 7}
+    >>> encode(Room(vehicle=1, number=4, place=7, there=2))
+    {'kind': 'room', 'vehicle': 1, 'number': 4, 'place': 7, 'there': 2}
     """
     return {"kind": type(message).__name__.lower(), **asdict(message)}
 
@@ -85,8 +85,8 @@ def decode(thing: object) -> Message:
 
     Examples
     --------
-    >>> decode({"kind": "grant", "vehicle": 1, "number": 4, "place": 7})
-    Grant(vehicle=1, number=4, place=7)
+    >>> decode({"kind": "grant", "vehicle": 1, "number": 4, "place": 7, "until_s": 2.5, "there": 2})
+    Grant(vehicle=1, number=4, place=7, until_s=2.5, there=2)
     """
     kind = _KINDS.get(str(thing.get("kind"))) if isinstance(thing, dict) else None
     if kind is None:
@@ -108,7 +108,11 @@ def _value(name: str, value: object) -> Any:  # noqa: ANN401  as the field says
         return tuple(value)
     if name == "stamp" and isinstance(value, list) and _is_stamp(value):
         return float(value[0]), value[1]
-    if name not in {"why", "path", "stamp"} and _is_number(value):
+    if name == "free" and isinstance(value, bool):
+        return value
+    if name in {"sent_s", "until_s"} and (value is None) <= (name == "until_s") and _is_time(value):
+        return value
+    if name not in {"why", "path", "stamp", "free", "sent_s", "until_s"} and _is_number(value):
         return value
     msg = f"field {name} of a message is not of its type"
     raise WireError(msg)
@@ -116,6 +120,10 @@ def _value(name: str, value: object) -> Any:  # noqa: ANN401  as the field says
 
 def _is_number(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_time(value: object) -> bool:
+    return value is None or (isinstance(value, int | float) and not isinstance(value, bool))
 
 
 def _is_stamp(value: list[Any]) -> bool:

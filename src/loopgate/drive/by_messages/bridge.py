@@ -53,8 +53,9 @@ class Bridge:
         self._now_s = 0.0
         self._turn = self.started = self.killed = self.datagrams = 0
 
-    def begin(self, stands: Sequence[Stand]) -> None:
+    def begin(self, stands: Sequence[Stand], crowded: float) -> None:
         """Start a process for each vehicle."""
+        self._crowded = crowded
         self._start(range(len(stands)), lambda number: stands[number], 0)
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
@@ -68,17 +69,21 @@ class Bridge:
         due = [n for n, gone_s in self._gone_s.items() if now_s - gone_s >= self._settings.again_s]
         return self._start(due, stand, int(1000.0 * now_s) + 1) if due else []
 
-    def at_line(self, number: int, stamp: Stamp) -> Answer:
+    def at_line(
+        self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
+    ) -> Answer:
         """See `Controllers`."""
-        return self._tell(number, event="line", since_s=stamp[0])
+        ahead, here = shares
+        said = {"since_s": stamp[0], "now_s": now_s, "ahead": ahead, "here": here, "free": free}
+        return self._tell(number, event="line", **said)
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
         """See `Controllers`."""
         return self._tell(number, event="hear", message=encode(message))
 
-    def crossing(self, number: int, *, free: bool) -> Answer:
+    def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
         """See `Controllers`."""
-        return self._tell(number, event="crossing", free=free)
+        return self._tell(number, event="crossing", now_s=now_s, free=free)
 
     def rear_out(self, number: int) -> Answer:
         """See `Controllers`."""
@@ -133,7 +138,7 @@ class Bridge:
         for number in numbers:
             self._gone_s.pop(number, None)
             loop, position, rears = stand(number)
-            told = {"loop": loop, "at": position, "rears": rears, "clock": clock}
+            told = {"loop": loop, "at": position, "rears": rears, "clock": clock, "crowded": self._crowded}
             answers.append((number, self._tell(number, event="start", **told)))
         return answers
 

@@ -18,8 +18,8 @@ Stand = tuple[tuple[int, ...], int, tuple[int, ...]]
 class Controllers(Protocol):
     """Controllers, each of which hears only what is for it. One that is silent gives an empty answer."""
 
-    def begin(self, stands: Sequence[Stand]) -> None:
-        """Begin with these vehicles, by number."""
+    def begin(self, stands: Sequence[Stand], crowded: float) -> None:
+        """Begin with these vehicles, by number, which leave room in places from this share of slots on."""
         ...
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
@@ -34,16 +34,18 @@ class Controllers(Protocol):
         """End all of them."""
         ...
 
-    def at_line(self, number: int, stamp: Stamp) -> Answer:
-        """Tell one that it is at its line, and since when [s]."""
+    def at_line(
+        self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
+    ) -> Answer:
+        """Tell one that it is at its line, since when, its clock [s], what it heard and what it sees."""
         ...
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
         """Give it a message."""
         ...
 
-    def crossing(self, number: int, *, free: bool) -> Answer:
-        """Tell it whether its crossing is free, now that it can go."""
+    def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
+        """Tell it its clock [s] and whether its crossing is free, now that it can go."""
         ...
 
     def rear_out(self, number: int) -> Answer:
@@ -61,9 +63,9 @@ class ControllersHere:
     def __init__(self) -> None:
         self.all: list[Controller] = []
 
-    def begin(self, stands: Sequence[Stand]) -> None:
+    def begin(self, stands: Sequence[Stand], crowded: float) -> None:
         """Begin with these vehicles."""
-        self.all = [Controller(Vehicle(n, loop, at)) for n, (loop, at, _) in enumerate(stands)]
+        self.all = [Controller(Vehicle(n, loop, at), crowded) for n, (loop, at, _) in enumerate(stands)]
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
         """Return nothing: nothing happens to them."""
@@ -77,17 +79,19 @@ class ControllersHere:
     def close(self) -> None:
         """Do nothing: they end with this process."""
 
-    def at_line(self, number: int, stamp: Stamp) -> Answer:
+    def at_line(
+        self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
+    ) -> Answer:
         """See `Controllers`."""
-        return self.all[number].at_line(stamp)
+        return self.all[number].at_line(stamp, now_s, shares, free=free)
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
         """See `Controllers`."""
         return self.all[number].hear(message)
 
-    def crossing(self, number: int, *, free: bool) -> Answer:
+    def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
         """See `Controllers`."""
-        return self.all[number].crossing(free=free)
+        return self.all[number].crossing(now_s, free=free)
 
     def rear_out(self, number: int) -> Answer:
         """See `Controllers`."""

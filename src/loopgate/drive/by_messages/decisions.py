@@ -1,4 +1,4 @@
-"""Vehicles and posts that decide the chain rule and slots among themselves, by messages in simulated time.
+"""Vehicles, posts and keepers that decide among themselves, by messages in simulated time.
 
 `loopgate.vehicles` says what each does with a message, knowing its own state and nothing else. Here is the
 bridge between them and the road: what a vehicle senses (that it is first in line, that its crossing is free,
@@ -12,18 +12,23 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from math import inf
+from random import Random
 from typing import Any, NamedTuple, Protocol, cast
 
 import numpy as np
 
 from loopgate.drive.by_messages.controllers import Controllers
+from loopgate.drive.by_messages.crossings import crossings
 from loopgate.drive.by_messages.radio import Radio
+from loopgate.drive.codes import number_of
 from loopgate.drive.tables import Tables
 from loopgate.drive.whereabouts import Whereabouts
 from loopgate.errors import ScenarioError
 from loopgate.gates import Reason
-from loopgate.vehicles import post as posts
+from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles.air import AirSettings
+from loopgate.vehicles.keeper import PATIENCE_S, Keeper, Way
 from loopgate.vehicles.messages import (
     Ask,
     Changed,
@@ -48,12 +53,22 @@ __all__ = ["DecisionsByMessages", "Motor"]
 _ROOM_PATIENCE_S = 5.0
 """After so long a vehicle that found a place full asks again, though it has not heard of room [s]."""
 
+_SAYS_AGAIN_S = 2.0
+"""So often a vehicle that has waited for long says so while its crossing is not free [s]."""
+
+_WAIT_S = 5.0
+"""A wait that counts as much as one vehicle in who speaks first [s]."""
+
+_LEASE_S, _LEASE_DELAYS = 2.0, 6.0
+"""How long a lease lasts [s], and how many delays longer: an answer takes two, and a step of SUMO."""
+
 _WHY = {
     Why.FULL: Reason.OCCUPIED,
     Why.BUSY: Reason.OCCUPIED,
     Why.CIRCLE: Reason.DEADLOCK,
     Why.OLDER: Reason.ANSWER,
     Why.CHANGED: Reason.ANSWER,
+    Why.CROSSING: Reason.CROSSING,
     Why.LATE: Reason.ANSWER,
 }
 
@@ -123,9 +138,12 @@ class DecisionsByMessages:
         self.radio: Radio[_Timed] = Radio(settings, seed)
         self.controllers = controllers
         self._air = self.radio.air
+        self._lots = Random(f"ears {seed}")
         self._motor = motor
         self.posts: list[Post] = []
-        self.moves = self.unsafe = self.given_back = 0
+        self.keepers: list[Keeper] = []
+        """Of crossings; which one is before each place is in `_keeper`."""
+        self.moves = self.unsafe = self.given_back = self.late = 0
         self.refused: Counter[str] = Counter()
         self.otherwise: Counter[str] = Counter()
         """Refusals by reason, and those of them that a gate that sees all would not have given."""
@@ -133,10 +151,12 @@ class DecisionsByMessages:
         self._moved_s: dict[int, float] = {}
         """When each last went on [s]."""
         self._ready: dict[int, None] = {}
-        self._open: dict[int, tuple[frozenset[int], frozenset[int], int]] = {}
-        """Who has asked in this step and has no answer: its movements, those in conflict, and the place."""
+        self._open: dict[int, Way] = {}
+        """Who has asked in this step and has no answer, and the way that it wants."""
         self._used = False
         """Whether a grant has been used in this step."""
+        self._said_s: dict[int, float] = {}
+        """When each said last that it waits [s]."""
         self._asked_s: dict[int, float] = {}
         self._full: dict[int, dict[int, float]] = {}
         """By place, who found it full, and when it asks again all the same [s]."""
@@ -174,9 +194,13 @@ class DecisionsByMessages:
             Post(s, max(2, rooms[s]), tuple(Entry(n, 0, where.wanted(n)) for n in self._motor.line(s)))
             for s in range(len(rooms))
         ]
+        self._run["alone"], self._run["serve_after_s"] = True, inf
+        lease_s = _LEASE_S + _LEASE_DELAYS * self.settings.delay_s
+        self.keepers, self._keeper = crossings(tables, lease_s)
         everybody = range(len(where.ways))
         self._moved_s = dict.fromkeys(everybody, float(self._run["now_s"][0]))
-        self.controllers.begin([where.stand(n) for n in everybody])
+        crowded = max(0.0, 1.0 - len(where.ways) / sum(rooms))
+        self.controllers.begin([where.stand(n) for n in everybody], crowded)
 
     def look(self, now_s: float) -> None:
         """Let come what came since the last step, and let vehicles sense what has changed in it."""
@@ -190,10 +214,13 @@ class DecisionsByMessages:
             self._tails[number] = self._tail[number]
         for number, answer in self.controllers.look(now_s, self.where.stand):
             self._say_as(number, answer.say)
-        occupied = list(Reason).index(Reason.OCCUPIED) + 1
         for number in self._entries["waiting"][: int(self._run["waiting"][0])].tolist():
-            if self._reasons[number] == occupied and self._may_ask(number):
+            reason = self._reasons[number]
+            if reason == number_of(Reason.OCCUPIED) and self._may_ask(number):
                 self._ask(number)  # its place is full as it sees it; so the answer is no
+            elif reason == number_of(Reason.CROSSING) and self._says_that_it_waits(number):
+                self._said_s[number] = self._clock_s
+                self._ask(number, free=False)
         self._run["version"] += 1  # what is refused for a late answer is looked at again
 
     def decide(self, robots: Sequence[int], now_s: float, *, all_of_step: bool) -> None:
@@ -205,7 +232,7 @@ class DecisionsByMessages:
                 self._use(number)
         self._open, self._used = {}, False
         line = [number for number in robots if self._pending[number] and self._may_ask(number)]
-        line = self._ask_apart(line)
+        line = self._ask_apart(sorted(line, key=lambda number: (-self._pressure(number), number)))
         until_s = now_s + float(self._run["step_s"][0]) / 2.0
         while self._open and (event := self._air.next(until_s)) is not None:
             before = len(self._open)
@@ -218,25 +245,41 @@ class DecisionsByMessages:
         self._ready, self._open = {}, {}
 
     def _ask_apart(self, line: Sequence[int]) -> list[int]:
-        """Let those ask who are in the way of nobody who has no answer yet; return the others.
+        """Let those ask who hear nobody ask for the same place, or for a way in conflict; return the others.
 
-        They stand at one junction: the later one sees that the earlier one is about to go.
+        The stronger the pressure, the sooner one speaks. Who does not hear that asks all the same.
         """
         later = []
         for number in line:
-            moves, foes = self.where.crossing(number)
             wanted = self.where.wanted(number)
-            if any(
-                not moves.isdisjoint(f) or not foes.isdisjoint(m) or p == wanted
-                for m, f, p in self._open.values()
-            ):
+            way = self.where.place(number), wanted
+            conflicts = self.keepers[self._keeper[wanted]].conflicts
+            near = (other[1] == wanted or (way, other) in conflicts for other in self._open.values())
+            if any(one and not self._deaf() for one in near):
                 later.append(number)
-            elif not self._used or self._motor.free_way(number):
-                if self._ask(number):
-                    self._open[number] = moves, foes, wanted
-            else:
+            elif self._used and not self._motor.free_way(number):
                 self._ready.pop(number, None)  # it has been told
+            elif self._ask(number):
+                self._open[number] = way
+            elif number in self._ready:
+                self._refuse(number, Reason.RESERVE)
         return later
+
+    def _pressure(self, number: int) -> float:
+        """Return how many are behind a vehicle more than ahead, as it heard, and how long it has waited."""
+        here, ahead = self._there(self.where.place(number)), self._there(self.where.wanted(number))
+        return here - ahead + (self._clock_s - float(self._since_s[number])) / _WAIT_S
+
+    def _there(self, place: int) -> int:
+        """Return how many are in a place, as its post says with each grant, and as often as one leaves."""
+        return len(self.posts[place].line) + len(self.posts[place].rears)
+
+    def _shares(self, number: int) -> tuple[float, float]:
+        ahead, here = self.where.wanted(number), self.where.place(number)
+        return self._there(ahead) / self.posts[ahead].slots, self._there(here) / self.posts[here].slots
+
+    def _deaf(self) -> bool:
+        return bool(self.settings.loss) and self._lots.random() < self.settings.loss
 
     def _may_ask(self, number: int) -> bool:
         asked_s = self._asked_s.get(number)
@@ -247,10 +290,19 @@ class DecisionsByMessages:
     def _full_until_s(self, number: int) -> float:
         return self._full.get(self.where.wanted(number), {}).get(number, -1.0)
 
-    def _ask(self, number: int) -> bool:
-        """Let a controller ask; return whether it does."""
-        said = self.controllers.at_line(number, (float(self._since_s[number]), number)).say
+    def _says_that_it_waits(self, number: int) -> bool:
+        waited = self._clock_s - float(self._since_s[number]) >= PATIENCE_S
+        due = self._clock_s - self._said_s.get(number, -inf) >= _SAYS_AGAIN_S
+        return waited and due and number not in self._held
+
+    def _ask(self, number: int, *, free: bool = True) -> bool:
+        """Let a controller ask, or say that it waits; return whether it does."""
+        stamp = float(self._since_s[number]), number
+        said = self.controllers.at_line(number, stamp, self._clock_s, self._shares(number), free=free).say
         if not said:
+            return False
+        if not free:
+            self._say_as(number, said)
             return False
         self._asked_s[number] = self._clock_s
         if self.settings.loss:
@@ -274,8 +326,11 @@ class DecisionsByMessages:
             self._comes_to_vehicle(event)
 
     def _comes_to_post(self, message: ToPost) -> None:
-        before = self.posts[message.place]
-        after, out = posts.receive(before, message)
+        before, keeper = self.posts[message.place], self._keeper[message.place]
+        after: Post
+        self.keepers[keeper], after, out = keepers.receive(
+            self.keepers[keeper], before, message, self._clock_s
+        )
         self.posts[message.place] = after
         if after.kept is not None and after.kept is not before.kept:
             self._air.wake(self._clock_s + self._probe_s, _Patience(message.place, after.kept))
@@ -283,7 +338,10 @@ class DecisionsByMessages:
 
     def _out_of_patience(self, late: _Patience) -> None:
         if self.posts[late.place].kept == late.kept:
-            self.posts[late.place], out = posts.expire(self.posts[late.place])
+            keeper = self._keeper[late.place]
+            self.keepers[keeper], self.posts[late.place], out = keepers.expire(
+                self.keepers[keeper], self.posts[late.place]
+            )
             self._say_from(late.place, out)
 
     def _comes_to_mind(self, mind: _Mind) -> None:
@@ -315,7 +373,7 @@ class DecisionsByMessages:
         self._asked_s.pop(number, None)
         self._open.pop(number, None)
         self.refused[why.value] += 1
-        if self._pending[number] and not self._motor.would_close(number):
+        if why is not Why.CROSSING and self._pending[number] and not self._motor.would_close(number):
             self.otherwise[why.value] += 1
         if why is Why.FULL:
             self._full.setdefault(refusal.place, {})[number] = self._clock_s + _ROOM_PATIENCE_S
@@ -324,17 +382,20 @@ class DecisionsByMessages:
 
     def _refuse(self, number: int, reason: Reason) -> None:
         self._motor.answer_one(number, reason)
-        self._decided[number] = reason is not Reason.ANSWER  # it may be asked about again in each step
+        passing = reason in (Reason.ANSWER, Reason.CROSSING)  # it may be asked about again in each step
+        self._decided[number] = not passing
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
         """Tell who holds a grant whether its crossing is free; it goes, or gives the grant back."""
         ready = number in self._ready and bool(self._pending[number])
         self._ready.pop(number, None)
-        answer = self.controllers.crossing(number, free=ready and self._motor.free_way(number))
+        free = ready and self._motor.free_way(number)
+        answer = self.controllers.crossing(number, self._clock_s, free=free)
         if answer.goes:
             self._go(number)
         self.given_back += answer.gives_back
+        self.late += answer.gives_back and free
         self._say_as(number, answer.say)
 
     def _go(self, number: int) -> None:
@@ -342,6 +403,7 @@ class DecisionsByMessages:
         self._motor.answer_one(number, Reason.FREE)
         self.moves += 1
         self._moved_s[number] = self._clock_s
+        self._said_s.pop(number, None)
         self._used = True
 
     def _rear_out(self, number: int) -> None:
@@ -357,6 +419,9 @@ class DecisionsByMessages:
     def _say_from(self, place: int, out: Sequence[Message]) -> None:
         """Send what a post says; who waits for room there hears of it too."""
         for message in out:
+            if isinstance(message, Ask):  # it has waited at the keeper, who looks at it again
+                self._air.wake(self._clock_s, message)
+                continue
             for number in self._full.get(place, ()) if isinstance(message, Room) else ():
                 self.radio.overhear(place, number, _Mind(number, heard=True), self._clock_s)
             self.radio.say_from(place, message, self._clock_s)
@@ -369,6 +434,7 @@ class DecisionsByMessages:
             | {
                 "longest_still_s": round(self._clock_s - min(self._moved_s.values(), default=0.0), 1),
                 "given_back": self.given_back,
+                "leases_over": self.late,
                 "refused": dict(sorted(self.refused.items())),
                 "central_otherwise": dict(sorted(self.otherwise.items())),
                 "unsafe": self.unsafe,

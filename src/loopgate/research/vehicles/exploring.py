@@ -103,7 +103,7 @@ def explore(
         todo = fresh
     found.states = len(number)
     if found.complete:
-        found.stuck = _stuck(len(number), edges, can, cut)
+        found.stuck = stuck_groups(len(number), edges, can, cut)
     return found
 
 
@@ -116,8 +116,20 @@ def _judge(here: World, found: Found) -> None:
         found.example = here
 
 
-def _stuck(states: int, edges: list[tuple[int, int, int]], can: list[frozenset[int]], cut: set[int]) -> int:
-    """Return in how many groups of states all may stay for good."""
+def stuck_groups(
+    states: int, edges: list[tuple[int, int, int]], can: list[frozenset[int]], cut: set[int]
+) -> int:
+    """Return in how many groups of states all may stay for good; see `explore`.
+
+    Parameters
+    ----------
+    edges
+        From, to, and the name of the step, of those that are sure to come and by which nobody goes.
+    can
+        Names of the steps that are sure to come, by state.
+    cut
+        States from which a step was left out.
+    """
     table = np.array(edges, np.int64).reshape(-1, 3)
     tails, heads = table[:, 0], table[:, 1]
     ones = np.ones(len(table), np.int8)
