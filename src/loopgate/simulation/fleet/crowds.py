@@ -34,13 +34,13 @@ class Crowds:
     def hinder(self, track: Track, engine: ChangingEngine, now_s: float) -> bool:
         """Return whether too many slots are taken, and too much time is lost, on the way of a vehicle.
 
-        Never where lights are obeyed: vehicles queue at red, and are no crowd.
+        Never where the network has lights that are obeyed: vehicles queue at red, and are no crowd.
 
         O(places on the way), and O(vehicles) once a step.
         """
-        places, limits_mps = self._way(track, engine.keeper)
-        if not len(places):
+        if engine.keeper.signals:
             return False
+        places, limits_mps = self._way(track, engine.keeper)
         states = cast("Any", engine.tables.states)
         room = states["room"][places].sum()
         if states["queue"][places].sum() <= _TAKEN * room:
@@ -52,17 +52,12 @@ class Crowds:
         return bool(lost.sum() > _LOST * room)
 
     def _way(self, track: Track, keeper: Gatekeeper) -> tuple[Ints, Floats]:
-        """Return the places on the way of a vehicle, by number, and the speed limits there [m/s].
-
-        None where it passes lights that are obeyed.
-        """
+        """Return the places on the way of a vehicle, by number, and the speed limits there [m/s]."""
         key = track.loop, track.start_position
         way = self._ways.get(key)
         if way is None:
             limits: dict[int, float] = {}
-            legs = track.legs[track.start_position :]
-            lit = any(crossing.id in keeper.signals for leg in legs for crossing in leg.crossings)
-            for leg in () if lit else legs:
+            for leg in track.legs[track.start_position :]:
                 number = None if leg.away else keeper.number(leg.state)
                 if number is not None:
                     limits[number] = self._network.edges[leg.line.edge].lanes[leg.line.lane].speed_mps

@@ -180,7 +180,7 @@ class GatedDepartures(Departures):
     One departs when its place has a slot that the gate lets it have, and nobody stands or drives behind its
     front there; nobody else gets into the place in that step. Where others keep driving into it, it is closed
     to them for a while, now and then. A vehicle that drives once waits as long as its way is crowded, unless
-    it passes lights that are obeyed.
+    the network has lights that are obeyed.
 
     Parameters
     ----------
