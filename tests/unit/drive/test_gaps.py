@@ -89,7 +89,7 @@ def crossing(  # noqa: PLR0913  a case has many sides
     books = Books(robots, legs, make_gate("collision", robots), OldestFirst(Random(1)))
     books.run["foresees"] = foresees
     books.run["at_once"] = at_once
-    columns = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0}
+    columns: dict[str, Any] = {"length_m": 5.0, "accel": 2.6, "decel": 4.5, "top": 13.9, "line_m": 50.0}
     columns["speed"] = [0.0, 10.0, 0.0][: len(fronts_m)]
     for column, value in (columns | {"front": fronts_m}).items():
         books.columns[column] = value

@@ -6,13 +6,16 @@ from pathlib import Path
 
 import beside_zhou
 
+from loopgate.research.agents import decide_by_messages
+from loopgate.research.theory.instances import instance
+
 ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_a_layer_more_doubles_the_messages_of_one_and_adds_one_to_the_other() -> None:
     """Of Algorithm 2 twice as many robots are visited in each layer; a probe passes one place in each."""
     asked = [
-        sum(beside_zhou.decide_by_messages(one, one.initial, 0).messages.values())
+        sum(decide_by_messages(one, one.initial, 0).messages.values())
         for one in map(beside_zhou.layers, range(1, 6))
     ]
     assert asked == [2 ** (depth + 2) - 4 for depth in range(1, 6)]
@@ -21,7 +24,7 @@ def test_a_layer_more_doubles_the_messages_of_one_and_adds_one_to_the_other() ->
 
 def test_places_of_two_let_all_go_round_where_algorithm_2_stops_everyone() -> None:
     """On the same paths, with as many robots and with twice as many."""
-    system = beside_zhou.instance("blocked_n5")
+    system = instance("blocked_n5")
     found = beside_zhou.by_agents(system, 5)
     assert (found.done, found.runs) == (4, 5)
     for copies in (1, 2):
