@@ -1,6 +1,8 @@
 """Settings shared by all tests."""
 
 import signal
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -33,6 +35,15 @@ def pytest_configure() -> None:
         "research",
     ):  # else it is said in the middle of a test that they compile
         kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
+
+
+@pytest.fixture(autouse=True)
+def _libsumo_as_before() -> Iterator[None]:
+    """Let no test find that SUMO refused an input of a test before it: runs would go to another process."""
+    yield
+    backend = sys.modules.get("loopgate.traffic.libsumo_backend")
+    if backend is not None:
+        backend.half_built.clear()
 
 
 @pytest.fixture
