@@ -1,7 +1,7 @@
 """Vehicles that decide among themselves on the road, beside the central gate: kilometres and messages.
 
     python analysis/vehicles_roads.py                     # all: two hours
-    python analysis/vehicles_roads.py --part hour --seeds 1
+    python analysis/vehicles_roads.py --part hour --first-seed 3 --seeds 2 --decide central vehicles
     python analysis/vehicles_roads.py --part costs growth --duration 300
 
 ``hour``: the five-by-five grid with 140 and 300 vehicles and a district of Berlin with 300, positions
@@ -15,7 +15,7 @@ import argparse
 import csv
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -53,12 +53,17 @@ COSTS = (
 )
 
 
-def cases(parts: list[str], seeds: int, duration_s: float) -> Iterator[tuple[str, Scenario]]:
+HOUR = ("central", "vehicles", "vehicles:loss=0.1")
+
+
+def cases(
+    parts: list[str], seeds: range, duration_s: float, decides: Sequence[str] = HOUR
+) -> Iterator[tuple[str, Scenario]]:
     """Yield what is run, ``central`` first of each."""
-    for seed in range(1, seeds + 1):
+    for seed in seeds:
         if "hour" in parts:
             for start in (_grid(140), _grid(300), DISTRICT):
-                for decide in ("central", "vehicles", "vehicles:loss=0.1"):
+                for decide in decides:
                     yield (
                         "hour",
                         replace(
@@ -145,16 +150,20 @@ def main() -> None:
     parser.add_argument(
         "--part", nargs="+", choices=("hour", "costs", "growth"), default=["hour", "costs", "growth"]
     )
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--first-seed", type=int, default=1)
+    parser.add_argument("--seeds", type=int, default=5, help="how many")
+    parser.add_argument("--decide", nargs="+", default=list(HOUR), help="of the hours; central first")
     parser.add_argument("--duration", type=float, default=0.0, help="instead of each part's own [s]")
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     wrong, central_km = 0, 0.0
-    with (OUT / f"{'-'.join(options.part)}.csv").open("w", newline="", encoding="utf-8") as file:
+    name = f"{'-'.join(options.part)}-{options.first_seed}.csv"
+    with (OUT / name).open("w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, COLUMNS)
         table.writeheader()
         print(" ".join(COLUMNS))
-        for part, scenario in cases(options.part, options.seeds, options.duration):
+        seeds = range(options.first_seed, options.first_seed + options.seeds)
+        for part, scenario in cases(options.part, seeds, options.duration, options.decide):
             one = row(part, scenario, 0.0 if scenario.decide == "central" else central_km)
             if scenario.decide == "central":
                 central_km = one["km"]
