@@ -1,6 +1,7 @@
 """The five-by-five grid close to its limit: the gate, SUMO's rules and lights, and a bound.
 
     python analysis/limit.py --seeds 5 --step 0.5 --write
+    python analysis/limit.py --seeds 5 --step 0.5 --drivers machine --write
 
 drives the loops of ``throughput.py`` under four rules and five kinds of lights, the best of which is the
 rival, and under the gate, at steps of one second or of half a one. The limit is a linear programme over the
@@ -20,6 +21,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 from pathlib import Path
+from typing import Any
 
 import networkx as nx
 import numpy as np
@@ -54,8 +56,11 @@ from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate as simulate_one
 
-HEADWAY_S, SPACE_M = 1.3, 7.5
-"""Two follow each other over a junction at this time and the time for this length at the speed there."""
+HEADWAY_S, SPACE_M = {"human": 1.3, "machine": 0.5}, 7.5
+"""Drivers follow each other over a junction at this time [s] and the time for this length [m] at their speed.
+
+Each is measured at a green light, at steps of half a second; that of machines is their ``tau``.
+"""
 
 LIGHTS = {
     "fixed time": ("--tls.cycle.time=40",),
@@ -81,14 +86,19 @@ class Use:
     passes: Mapping[str, int]
 
 
-def uses(itineraries: Mapping[str, Itinerary]) -> dict[str, Use]:
+def uses(itineraries: Mapping[str, Itinerary], drivers: str = "human") -> dict[str, Use]:
     """Return all movements over junctions that the loops make, by name."""
     passes: dict[str, dict[str, int]] = {}
     kinds: dict[str, tuple[float, str, str, frozenset[str]]] = {}
     for loop, itinerary in itineraries.items():
         for leg, after in zip(itinerary.legs, (*itinerary.legs[1:], itinerary.legs[0]), strict=True):
             for way in leg.crossings:
-                kinds[way.id] = (HEADWAY_S + SPACE_M / way.speed_mps, leg.state, after.state, way.foes)
+                kinds[way.id] = (
+                    HEADWAY_S[drivers] + SPACE_M / way.speed_mps,
+                    leg.state,
+                    after.state,
+                    way.foes,
+                )
                 by_loop = passes.setdefault(way.id, {})
                 by_loop[loop] = by_loop.get(loop, 0) + 1
     return {way: Use(*kind, passes[way]) for way, kind in kinds.items()}
@@ -124,7 +134,7 @@ def alone_mps(scenario: Scenario) -> dict[str, float]:
     return found
 
 
-def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> float:
+def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary], drivers: str = "human") -> float:
     """Return the most vehicle-km in an hour that vehicles on these itineraries can make, one each.
 
     `alone` is the speed on each loop that none exceeds in the mean [m/s].
@@ -133,7 +143,7 @@ def limit_km(alone: Mapping[str, float], itineraries: Sequence[Itinerary]) -> fl
     names = list(by_loop)
     column = {loop: k for k, loop in enumerate(names)}
     vehicles = np.array([sum(one.loop.id == loop for one in itineraries) for loop in names])
-    found = uses(by_loop)
+    found = uses(by_loop, drivers)
     turns = list(exclusive(found))
     taken = np.zeros((len(turns), len(names)))
     for row, ways in enumerate(turns):
@@ -160,7 +170,12 @@ def lit(name: str, folder: Path) -> str:
     return str(file)
 
 
-def study(step_s: float, folder: Path) -> Study:
+def as_given(step_s: float, drivers: str) -> dict[str, Any]:
+    """Return what a scenario says of steps and drivers: humans are the default, and do not change its key."""
+    return {"step_s": step_s} | ({} if drivers == "human" else {"drivers": drivers})
+
+
+def study(step_s: float, folder: Path, drivers: str = "human") -> Study:
     """Return the study of the grid at a step: SUMO's rules, other lights, and the gate."""
     lights = [
         Rule(f"SUMO, {name}", {"network": lit(name, folder), "gate": "open"}, yardstick=True)
@@ -169,14 +184,16 @@ def study(step_s: float, folder: Path) -> Study:
     some = [rule for rule in GRID.rules if rule.yardstick or rule.name == OURS]
     lights += [Rule(f"SUMO, {name}", {}, yardstick=True) for name in CONTROLLERS]
     rules = [
-        replace(rule, scenario={**rule.scenario, "step_s": step_s})
+        replace(rule, scenario={**rule.scenario, **as_given(step_s, drivers)})
         for rule in (*some[:-1], *lights, some[-1])
     ]
     name, title = f"limit-{step_s:g}", f"Five-by-five grid at steps of {step_s:g} s"
+    if drivers != "human":
+        name, title = f"{name}-{drivers}", f"{title}, {drivers} drivers"
     return Study(name, title, tuple(rules), (60, 140, 180, 240, 300, 400), GRID.loops)
 
 
-def limits(runs: pd.DataFrame, folder: Path, step_s: float) -> pd.DataFrame:
+def limits(runs: pd.DataFrame, folder: Path, common: Mapping[str, Any]) -> pd.DataFrame:
     """Return the limit by number of vehicles, and the shares of it that are reached."""
     network = str(GRID.rules[0].scenario["network"])
     ours, rivals = runs[runs[RULE] == OURS], runs[runs[RULE] != OURS]
@@ -187,13 +204,13 @@ def limits(runs: pd.DataFrame, folder: Path, step_s: float) -> pd.DataFrame:
         for seed in group[c.SEED]:
             routes = str(folder / f"loops{seed}.rou.xml")
             scenario = Scenario(
-                network=network, routes=routes, vehicles=int(str(count)), seed=int(seed), step_s=step_s
+                network=network, routes=routes, vehicles=int(str(count)), seed=int(seed), **common
             )
             if seed not in speeds:
                 every = replace(scenario, vehicles=LOOPS, duration_s=ALONE_S, gate="open")
                 speeds[seed] = alone_mps(every)
             lain = assemble(scenario).abstraction
-            most += [limit_km(speeds[seed], lain.itineraries)] if lain else []
+            most += [limit_km(speeds[seed], lain.itineraries, scenario.drivers)] if lain else []
         limit = float(np.mean(most))
         best = rivals[rivals[c.VEHICLES] == count].groupby(RULE)[c.KM_PER_H].mean()
         column = rows.setdefault(str(count), {})
@@ -206,7 +223,7 @@ def limits(runs: pd.DataFrame, folder: Path, step_s: float) -> pd.DataFrame:
     return pd.DataFrame(rows).rename_axis("of the limit").reset_index()
 
 
-def section(runs: pd.DataFrame, made: Study, folder: Path, step_s: float) -> str:
+def section(runs: pd.DataFrame, made: Study, folder: Path, common: Mapping[str, Any]) -> str:
     """Return the study's part of the page."""
     seeds, hours = runs[c.SEED].nunique(), runs[c.DURATION].max() / 3600
     return "\n\n".join(
@@ -218,7 +235,7 @@ def section(runs: pd.DataFrame, made: Study, folder: Path, step_s: float) -> str
             "Ratio to the best of the others with as many vehicles, seed by seed:",
             markdown(ratios(runs, made)),
             "The limit, and the share of it that is reached:",
-            markdown(limits(runs, folder, step_s)),
+            markdown(limits(runs, folder, common)),
             LONGEST_WAIT,
             markdown(waits(runs, made)),
             safety(runs),
@@ -230,7 +247,7 @@ def _by_sumo(made: Study) -> Study:
     return replace(made, rules=tuple(rule for rule in made.rules if "network" in rule.scenario))
 
 
-def under_controllers(made: Study, given: argparse.Namespace, step_s: float) -> pd.DataFrame:
+def under_controllers(made: Study, given: argparse.Namespace, common: Mapping[str, Any]) -> pd.DataFrame:
     """Return rows like those of the study for the lights that are switched from outside of SUMO."""
     rows = []
     cases = list(product(CONTROLLERS, made.vehicles, range(1, given.seeds + 1)))
@@ -247,7 +264,7 @@ def under_controllers(made: Study, given: argparse.Namespace, step_s: float) -> 
                 vehicles=vehicles,
                 seed=seed,
                 gate="open",
-                step_s=step_s,
+                **common,
                 duration_s=given.duration,
                 warmup_s=WARMUP_S,
                 on_deadlock="continue",
@@ -280,13 +297,15 @@ def main() -> None:
     """Run what is missing, print the tables, and renew the page if asked to."""
     words = parser(__doc__)
     words.add_argument("--step", type=float, default=1.0, help="of the simulation [s]")
+    words.add_argument("--drivers", choices=list(HEADWAY_S), default="human", help="of all rules alike")
     given: argparse.Namespace = words.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    made = study(given.step, given.out)
+    common = as_given(given.step, given.drivers)
+    made = study(given.step, given.out, given.drivers)
     runs = pd.concat(
-        [simulate(_by_sumo(made), given), under_controllers(made, given, given.step)], ignore_index=True
+        [simulate(_by_sumo(made), given), under_controllers(made, given, common)], ignore_index=True
     )
-    text = section(runs, made, given.out / made.name, given.step)
+    text = section(runs, made, given.out / made.name, common)
     print(text)
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, made))}\n"
     (given.out / f"{made.name}.md").write_text(every, encoding="utf-8")

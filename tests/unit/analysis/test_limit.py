@@ -9,7 +9,7 @@ import pytest
 from limit import HEADWAY_S, SPACE_M, limit_km
 
 SPEED_MPS, LOOP_M = 10.0, 1000.0
-PASS_S = HEADWAY_S + SPACE_M / SPEED_MPS
+PASS_S = HEADWAY_S["human"] + SPACE_M / SPEED_MPS
 
 
 def loop(name: str, foe: str) -> Any:  # noqa: ANN401  as much of an itinerary as is looked at
