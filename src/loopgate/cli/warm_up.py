@@ -44,12 +44,16 @@ def _drive(*, lights: str, others: bool) -> None:
 
 
 def _cover() -> None:
-    """Cover a few streets with loops."""
+    """Cover a few streets with loops, and join two tours: one assignment may be a tour already."""
+    import numpy as np
+
     from loopgate.abstraction.covering import cover_streets
     from loopgate.network import RoadNetwork
     from loopgate.network.cover.design import CoverTask
+    from loopgate.network.cover.tours import joined
 
     cover_streets(RoadNetwork.open("sumo:square"), CoverTask(), 2)
+    joined(np.ones((4, 4)), (np.array([0, 1]), np.array([2, 3])))
 
 
 def _study() -> None:
@@ -58,13 +62,14 @@ def _study() -> None:
 
     from loopgate.gates import make_gate
     from loopgate.research.runs.kernel_rounds import count_live_rounds
-    from loopgate.research.state_space import explore
+    from loopgate.research.state_space import StateSpace, explore
     from loopgate.research.state_space.encoding import Encoding
     from loopgate.research.theory.instances import instance
 
     system = instance("fig10")
     for gate in ("certified", "certified:promise=somebody"):
         explore(system, make_gate(gate, system), counterexample=True)
+    StateSpace(system).number(system.initial)
     arrays, start = Encoding(system).arrays, np.array(system.initial.positions, np.int64)
     count_live_rounds(1, 1, start, arrays.after, arrays.state, arrays.room)
 
