@@ -27,15 +27,15 @@ MAIN = "from loopgate.cli.main import main; main()"
 DRIVING = """
 import os
 from pathlib import Path
-from loopgate.simulation.watching.watch import Watch
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 
-check = Watch.check
+check = DeadlockDetector.check
 
 def check_and_tell(self):
     Path(os.environ["DRIVING"]).touch()
     return check(self)
 
-Watch.check = check_and_tell
+DeadlockDetector.check = check_and_tell
 """
 """Makes a file once ten seconds have been driven."""
 

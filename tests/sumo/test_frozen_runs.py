@@ -26,7 +26,7 @@ from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.watching.watch import Deadlock, Watch
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.traffic.sumo import SumoTraffic
 
 pytestmark = pytest.mark.sumo
@@ -174,7 +174,7 @@ def write_inputs(folder: Path) -> None:
     netgenerate(options, folder / "wide.net.xml")
 
 
-class Witness(Watch):
+class Witness(DeadlockDetector):
     """A watch that keeps what the gate says of those it refuses."""
 
     said: list[str]
@@ -233,7 +233,7 @@ def digests(name: str, folder: Path) -> dict[str, str]:
             patch.setattr(SumoTraffic, act, noting(act, calls))
         if name.startswith("misled"):
             mislead(patch)
-        summary = simulate(replace(scenario, **paths), folder / "run", overwrite=True, watch=Witness)
+        summary = simulate(replace(scenario, **paths), folder / "run", overwrite=True, detector=Witness)
     rows = read_events(folder / "run" / "events.parquet").to_csv(index=False)
     figures: dict[str, Any] = {key: summary.get(key) for key in FIGURES}
     return {

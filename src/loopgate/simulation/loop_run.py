@@ -13,9 +13,9 @@ from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.starving import Sink
 from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
-from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.base import Traffic
 
 
@@ -66,7 +66,7 @@ Tick = Callable[[float, RunCourse], None]
 def drive(
     engine: Engine,
     traffic: Traffic,
-    watch: Watch,
+    detector: DeadlockDetector,
     mishaps: Mishaps,
     *,
     scenario: Scenario,
@@ -78,7 +78,7 @@ def drive(
 
     Parameters
     ----------
-    engine, traffic, watch, mishaps
+    engine, traffic, detector, mishaps
         Made for each other; the engine has not begun.
     scenario
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
@@ -111,7 +111,7 @@ def drive(
             if now >= next_watch:
                 next_watch += FLOW_EVERY_S
                 tick(now, course)
-                deadlock = watch.check()
+                deadlock = detector.check()
                 if deadlock is not None:
                     note_deadlock(deadlock, course, recorder)
                     if scenario.on_deadlock == "stop":

@@ -49,8 +49,8 @@ from loopgate.results.columns import (
 from loopgate.results.recorder import read_events
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.watching.deadlock_detector import Deadlock
 from loopgate.simulation.watching.trips import Trip, trip_figures
-from loopgate.simulation.watching.watch import Deadlock
 from loopgate.versions import versions
 
 EVENTS = "events.parquet"

@@ -1,4 +1,4 @@
-"""A SUMO configuration run as it is, with the watch on: gridlock recognised, named, and the run ended."""
+"""A SUMO configuration run as it is, whose deadlocks are found and end the run."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -27,10 +27,10 @@ from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
 from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table
 from loopgate.simulation.watching.mileage import Mileage
 from loopgate.simulation.watching.trips import Trip, read_trips
-from loopgate.simulation.watching.watch import Watch
 from loopgate.traffic.base import Traffic
 
 _OF_LOOPS = ("incidents", "spacing", "starts", "revisit_s", "weights", "districts")
@@ -91,11 +91,11 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         course = RunCourse(begin_s=traffic.now_s)
         mileage = Mileage(traffic, own)
         begins = traffic.now_s
-        watch = Watch(traffic, after_s=scenario.deadlock_after_s, own=own)
+        detector = DeadlockDetector(traffic, after_s=scenario.deadlock_after_s, own=own)
         mishaps = Mishaps(traffic, recorder, course, own=own)
         try:
-            _drive(scenario, traffic, watch, mishaps, mileage, tick, rows, folder)
-            standing = {v: (watch.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
+            _drive(scenario, traffic, detector, mishaps, mileage, tick, rows, folder)
+            standing = {v: (detector.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
         course.end_s = traffic.now_s
@@ -159,7 +159,7 @@ def _own_files(
 def _drive(
     scenario: Scenario,
     traffic: Traffic,
-    watch: Watch,
+    detector: DeadlockDetector,
     mishaps: Mishaps,
     mileage: Mileage,
     tick: Tick,
@@ -198,7 +198,7 @@ def _drive(
         next_watch += FLOW_EVERY_S
         rows.append(mileage.flow())
         tick(traffic.now_s, course)
-        deadlock = watch.check()
+        deadlock = detector.check()
         if deadlock is None:
             continue
         note_deadlock(deadlock, course, recorder)

@@ -49,11 +49,11 @@ from loopgate.simulation.sumo.start import (
     start_traffic,
 )
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
-from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.watching.window import Window
 from loopgate.simulation.ways_driven import as_driven
 from loopgate.traffic.base import Traffic
@@ -72,7 +72,7 @@ def simulate(
     tick: Tick | None = None,
     backend: str = "libsumo",
     overwrite: bool = False,
-    watch: type[Watch] = Watch,
+    detector: type[DeadlockDetector] = DeadlockDetector,
 ) -> dict[str, Any]:
     """Run a scenario and leave a run folder.
 
@@ -84,7 +84,7 @@ def simulate(
         ``libsumo``, ``traci`` or ``gui``.
     overwrite
         Whether an earlier run in `out` may be replaced.
-    watch
+    detector
         What recognises deadlocks, for studies of it.
 
     Returns
@@ -108,11 +108,15 @@ def simulate(
         else:
             remove_abandoned()
         folder = stack.enter_context(Folder(Path(out), overwrite=overwrite))
-        return _run(scenario, folder, tick, backend, watch)
+        return _run(scenario, folder, tick, backend, detector)
 
 
 def _run(
-    scenario: Scenario, folder: Folder, tick: Tick | None, backend: str, watch_class: type[Watch]
+    scenario: Scenario,
+    folder: Folder,
+    tick: Tick | None,
+    backend: str,
+    detector_class: type[DeadlockDetector],
 ) -> dict[str, Any]:
     tick = tick or (lambda _now, _course: None)
     if is_plain(scenario):
@@ -132,7 +136,7 @@ def _run(
         among = bool(scenario.traffic or assembly.others)
         judged = among and session.keeper is not None
         verdicts = Verdicts(assembly.network, traffic, engine) if judged else None
-        watch = watch_class(
+        detector = detector_class(
             traffic,
             after_s=scenario.deadlock_after_s,
             at_gate=engine.refused,
@@ -151,7 +155,7 @@ def _run(
         course = drive(
             engine,
             traffic,
-            watch,
+            detector,
             Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
             tick=_after(flow.look, _watching(hunger, tick)),
@@ -162,7 +166,7 @@ def _run(
             course.starving = list(hunger.sinks.values())
             course.outcome = "starving" if course.outcome == "done" else course.outcome
         engine.settle()
-        tallies, told = session.tallies(assembly, watch, course), session.report(course.end_s)
+        tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
         if turns := session.turns:
             layout = read_layout(folder / outcome.LAYOUT)
             drivers = [one for one in session.engine.drivers if one.id in turns and one.track.rounds]

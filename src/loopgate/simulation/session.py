@@ -25,10 +25,10 @@ from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table
 from loopgate.simulation.watching.trips import Trip, gated_trips, read_trips, trip_figures
 from loopgate.simulation.watching.unwatched import note_unwatched
-from loopgate.simulation.watching.watch import Watch
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
@@ -74,7 +74,7 @@ class Session:
         every = (self.rerouting, self.containment)
         return {vehicle: some for one in every if one for vehicle, some in one.turns.items() if some}
 
-    def tallies(self, assembly: Assembly, watch: Watch, course: RunCourse) -> list[Tally]:
+    def tallies(self, assembly: Assembly, detector: DeadlockDetector, course: RunCourse) -> list[Tally]:
         """Return the row of each vehicle; it is empty before the departure."""
         now, drivers, departures = course.end_s, self.engine.driver_of, self.departures
         on_road = set(self.traffic.vehicles())
@@ -101,7 +101,7 @@ class Session:
                 distance_m=driver.distance_m if driver else gone.distance_m if gone else 0.0,
                 hold_s=driver.total_hold_s(now) if driver else gone.hold_s if gone else 0.0,
                 longest_wait_s=driver.worst_wait_s(now) if driver else gone.longest_wait_s if gone else 0.0,
-                standing_s=watch.standing_s(vehicle),
+                standing_s=detector.standing_s(vehicle),
                 position_m=self.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
                 stood_s=driver.stood_s if driver else gone.stood_s if gone else 0.0,
                 driven_s=max(0.0, seen_s),

@@ -27,8 +27,8 @@ from loopgate.simulation.outcome import deadlock_figures, promise_figures
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
 from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.starving import StarvationWatch
-from loopgate.simulation.watching.watch import Deadlock, Watch
 from loopgate.traffic.running import RunningSumo
 
 _LONGER_M = 0.01
@@ -417,7 +417,7 @@ class Attached:
             stands=contained.why,
             reason=contained.reason,
         )
-        self._watch = Watch(
+        self._watch = DeadlockDetector(
             self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)
         )
         self.connection = self._sumo.connection

@@ -15,7 +15,7 @@ from loopgate.arrays import Floats
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.simulation.fcd.frames import Seen
-from loopgate.simulation.watching.watch import Watch
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's car: FCD output holds neither."""
@@ -252,7 +252,7 @@ def _body(one: Seen) -> LineString:
     )
 
 
-class FilmWatch(Watch):
+class FilmDetector(DeadlockDetector):
     """Looks at frames: a vehicle may have several ways on, of which all are blocked."""
 
     def __init__(self, film: Film, *, after_s: float) -> None:

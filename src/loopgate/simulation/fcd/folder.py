@@ -28,7 +28,7 @@ from loopgate.results.columns import (
 )
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import outcome
-from loopgate.simulation.fcd.film import Film, FilmWatch
+from loopgate.simulation.fcd.film import Film, FilmDetector
 from loopgate.simulation.fcd.frames import Frame, Seen, read_frames
 from loopgate.simulation.loop_run import RunCourse, note_deadlock
 from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
@@ -92,12 +92,12 @@ def write_fcd_run(
         film = Film(roads, step_s)
         course = RunCourse(begin_s=begin_s)
         recorder = Recorder(folder / outcome.EVENTS)
-        watch = FilmWatch(film, after_s=deadlock_after_s)
+        detector = FilmDetector(film, after_s=deadlock_after_s)
         played = _checked(chain(first, frames), file, roads, step_s)
         positions = folder / outcome.POSITIONS
         try:
             with writing(positions), gzip.open(positions, "wt", 5) as table:
-                rows = _play(played, film, watch, recorder, course, table, tell)
+                rows = _play(played, film, detector, recorder, course, table, tell)
         finally:
             recorder.close()
         course.end_s = film.now_s
@@ -117,7 +117,7 @@ def write_fcd_run(
 def _play(
     frames: Iterable[Frame],
     film: Film,
-    watch: FilmWatch,
+    detector: FilmDetector,
     recorder: Recorder,
     course: RunCourse,
     table: IO[str],
@@ -145,7 +145,7 @@ def _play(
         rows.append((film.now_s, len(vehicles), still / steps, driven_m - before_m, 0))
         still, steps, before_m = 0, 0, driven_m
         tell(int(film.now_s - course.begin_s))
-        deadlock = watch.check()
+        deadlock = detector.check()
         if deadlock is not None:
             note_deadlock(deadlock, course, recorder)
     return rows

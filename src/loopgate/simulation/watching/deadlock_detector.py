@@ -14,7 +14,7 @@ from loopgate.gates.deadlocks import deadlocked
 from loopgate.simulation.watching.trails import Trails
 from loopgate.simulation.watching.waits import WaitFor, circular_wait
 
-__all__ = ["Deadlock", "ToldRefusal", "Watch"]
+__all__ = ["Deadlock", "DeadlockDetector", "ToldRefusal"]
 
 _MOVED_M = 0.5
 """Creeping less than this between two checks counts as standing [m]."""
@@ -65,7 +65,7 @@ ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
 
 
 class Watched(Protocol):
-    """What `Watch` asks of a simulation: a running one, or one that is played back."""
+    """What `DeadlockDetector` asks of a simulation: a running one, or one that is played back."""
 
     @property
     def now_s(self) -> float:
@@ -87,7 +87,7 @@ class Watched(Protocol):
         """Return the vehicles that each, alone, block a standing vehicle."""
 
 
-class Watch:
+class DeadlockDetector:
     """Looks at the vehicles now and then and names each circular wait once.
 
     A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's

@@ -12,8 +12,8 @@ import pytest
 from fake_traffic import whereabouts
 
 from loopgate.arrays import Floats
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, ToldRefusal
 from loopgate.simulation.watching.trails import Trails
-from loopgate.simulation.watching.watch import Deadlock, ToldRefusal, Watch
 from loopgate.traffic.base import Traffic
 
 LONG_S = 300.0
@@ -57,7 +57,7 @@ class Gates:
 
 
 def named(
-    watch: Watch,
+    watch: DeadlockDetector,
     traffic: Standing,
     *,
     at_s: float = math.inf,
@@ -76,7 +76,7 @@ def named(
 
 def watched(traffic: Standing, gates: Gates | None = None) -> list[tuple[float, tuple[str, ...]]]:
     """Return time and circle of what is found."""
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
     found = list(named(watch, traffic))
     assert all(deadlock.closed_at_s == 10.0 for deadlock in found)
     return [(deadlock.noticed_at_s, deadlock.vehicles) for deadlock in found]
@@ -91,7 +91,7 @@ def test_a_circle_on_the_road_is_named_once() -> None:
 def test_a_standstill_of_all_is_a_deadlock_without_a_reason_too() -> None:
     """The head stands for no reason that anybody sees, and after ten minutes nobody has moved."""
     traffic = Standing({"a": ["b"], "b": ["c"], "c": []})
-    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
     found = [(d.noticed_at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
     assert found == [(610.0, ("a", "b", "c"), 3)]
 
@@ -100,11 +100,11 @@ def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
     """At a stop of its own, or a light that never turns green; but not a light that does."""
     traffic = Standing({"a": ["b"], "b": []})
     traffic.pausing = {"b"}
-    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
     assert not list(named(watch, traffic, until_s=2000.0))
     lit = Standing({"a": ["b"], "b": []})
     lit.pausing = {"b"}
-    watch = Watch(cast("Traffic", lit), after_s=60.0)
+    watch = DeadlockDetector(cast("Traffic", lit), after_s=60.0)
     assert [
         d.noticed_at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)
     ] == [610.0]
@@ -113,7 +113,7 @@ def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
 def test_whoever_has_broken_down_waits_for_nobody() -> None:
     """Two that stand across each other's way: no circle until the one that broke down could go again."""
     traffic, halted = Standing({"a": ["b"], "b": ["a"]}), {"b"}
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, halted=halted)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, halted=halted)
     assert list(named(watch, traffic)) == []
     halted.clear()
     assert [deadlock.vehicles for deadlock in named(watch, traffic, until_s=2 * LONG_S)] == [("a", "b")]
@@ -137,7 +137,7 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
     """
     traffic = Standing({"a": [], "b": ["a"]})
     gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
     found = named(watch, traffic, at_s=let_go_s, change=lambda: gates.refused.pop("b"))
     assert [(d.closed_at_s, d.noticed_at_s) for d in found] == [(let_go_s - 10.0, let_go_s + 50.0)]
 
@@ -145,7 +145,7 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
 def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
     """A vehicle that joins the queue later is held up by the same circle."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
-    watch = Watch(cast("Traffic", traffic), after_s=60.0)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
     found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["a"]))
     assert [deadlock.vehicles for deadlock in found] == [("a", "b")]
     assert watch.held_up == {"a", "b", "c"}
@@ -154,7 +154,7 @@ def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
 def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
     """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="c")
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="c")
     found = named(
         watch, traffic, at_s=150.0, change=lambda: traffic.waits.update({"a": ["c", "b"], "c": ["b"]})
     )
@@ -175,7 +175,7 @@ def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
 def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) -> None:
     """Of those who would be stuck without the others, or of both."""
     traffic = Standing(waits)
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, own=own)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own=own)
     assert next(named(watch, traffic)).by == by
 
 
@@ -190,14 +190,14 @@ def test_who_came_last_into_the_circle_is_told() -> None:
         granted[0] = leg
         on = {"a": "lane of a", "b": b, "c": c}
         trails.look(at_s, whereabouts(**{vehicle: (lane, 0.0, 0.0) for vehicle, lane in on.items()}))
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
     assert next(named(watch, traffic)).last == ("b", 2.0, True)
 
 
 def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
     """Two ordinary vehicles stand for good when two gated ones close a circle of their own."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": [], "d": ["c"]})
-    watch = Watch(cast("Traffic", traffic), after_s=60.0, own="cd")
+    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="cd")
     found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["d"]))
     assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [
         (("a", "b"), "ordinary"),
