@@ -23,8 +23,8 @@ from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.disk_guard import DiskGuard
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
-from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
@@ -166,7 +166,7 @@ def _drive(
     rows: list[Row],
     folder: Folder,
 ) -> None:
-    room = Room(folder / outcome.POSITIONS) if scenario.positions else None
+    guard = DiskGuard(folder / outcome.POSITIONS) if scenario.positions else None
     recorder, course, own = mishaps.recorder, mishaps.course, mishaps.own
     left = set(own or ())
 
@@ -177,8 +177,8 @@ def _drive(
         mileage.look()
         left.difference_update(traffic.arrived())
         mishaps.note()
-        if room is not None:
-            room.check()
+        if guard is not None:
+            guard.check()
 
     step()  # the first is not measured, as for vehicles on loops: nobody moves in it
     start, warms_up = traffic.now_s, scenario.warmup_s > 0

@@ -38,9 +38,9 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
+from loopgate.simulation.sumo.disk_guard import DiskGuard
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
-from loopgate.simulation.sumo.room import Room
 from loopgate.simulation.sumo.start import (
     check_backend,
     check_outputs,
@@ -264,7 +264,7 @@ def open_session(
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
         *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
     ]
-    room = [Room(folder / outcome.POSITIONS).check] if scenario.positions else []
+    guard = [DiskGuard(folder / outcome.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
         write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
     with ExitStack() as stack:
@@ -297,7 +297,7 @@ def open_session(
             *((parking.look,) if parking and containment and not assembly.stops else ()),
             *(fleet.around.each_step if fleet else ()),
             *spacing,
-            *room,
+            *guard,
             *seen,
         )
         keeper = fleet.keeper if fleet else None

@@ -7,7 +7,7 @@ from limits import no_file_beyond
 
 from loopgate.errors import ResultsError, ScenarioError
 from loopgate.simulation.outcome import Folder, Tally
-from loopgate.simulation.sumo.room import Room
+from loopgate.simulation.sumo.disk_guard import DiskGuard
 
 TALLY = Tally("v", "l", 100.0, 1, 100.0, 0.0, 0.0, 0.0)
 
@@ -55,9 +55,9 @@ def test_a_full_disk_leaves_no_half_files(tmp_path: Path) -> None:
 
 def test_a_run_ends_before_sumo_finds_the_disk_full(tmp_path: Path) -> None:
     """Four mebibytes are kept for what SUMO holds back."""
-    Room(tmp_path / "positions.csv.gz").check()
+    DiskGuard(tmp_path / "positions.csv.gz").check()
     with no_file_beyond(5 << 20):
-        room = Room(tmp_path / "positions.csv.gz")
+        room = DiskGuard(tmp_path / "positions.csv.gz")
         room.check()
         (tmp_path / "positions.csv.gz").write_bytes(bytes(2 << 20))
         with pytest.raises(ResultsError, match=r"positions\.csv\.gz: .*3\.0 MiB are left.*free some space"):

@@ -11,7 +11,7 @@ _SPARE_BYTES = 4 << 20
 """SUMO keeps a mebibyte of text and as much of its compressed form in memory until it is closed."""
 
 
-class Room:
+class DiskGuard:
     """Ends a run before the disk is full: SUMO would end the process if it could not write.
 
     Parameters
