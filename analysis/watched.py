@@ -30,7 +30,7 @@ from throughput_study import ROOT, markdown, with_half, write_section
 from loopgate.abstraction.covering import cover_streets
 from loopgate.abstraction.queue_layout import why_not
 from loopgate.errors import LoopgateError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, generate_loops, read_loops
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, generate_loops, read_loops
 from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
 from loopgate.network.routes_text import routes_text, write_text
@@ -139,11 +139,11 @@ def write_loops(cell: Cell, roads: RoadNetwork, seed: int, file: Path) -> None:
     )
     kind = {"one": "covering", "partition": "covering", "margin": "revisit"}.get(cell.loops, cell.loops)
     loops = make_loops(cell.network, kind, count, seed)
-    vehicles: list[LoopVehicle] = []
+    vehicles: list[VehicleDemand] = []
     if not cell.vehicles:
         laps = [lap * (MARGIN if cell.loops == "margin" else 1.0) for lap in laps_s(roads, loops)]
         vehicles = [
-            LoopVehicle(f"{loop.id}.{k}", loop, DEFAULT_TYPE, at)
+            VehicleDemand(f"{loop.id}.{k}", loop, DEFAULT_TYPE, at)
             for loop, number in zip(loops, vehicles_needed(laps, REVISIT_S), strict=True)
             for k, at in enumerate(even_starts_m(roads, loop, number))
         ]

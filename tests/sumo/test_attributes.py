@@ -13,8 +13,8 @@ import sumo
 
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork
-from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.routes_file import read_loops
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.settings import check_types
 from loopgate.simulation.sumo.input import Start, write_sumo_input
 

@@ -7,7 +7,7 @@ import pytest
 
 from loopgate import Scenario
 from loopgate.errors import LoopgateError, ResultsError, ScenarioError, SystemFileError, SystemModelError
-from loopgate.network import LoopVehicle, RoadNetwork
+from loopgate.network import RoadNetwork, VehicleDemand
 from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.route_lanes import make_route
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -118,6 +118,6 @@ def test_byte_order_marks_are_no_text(tmp_path: Path, encoding: str) -> None:
     assert read_streets(network, streets, "passenger", option="--cover") == ("A0A1", "A1A2")
     assert read_weights(network, str(write("weights.txt", "A0A1 2\n"))) == {"A0A1": 2.0}
     way = make_route(network, "a", ("A0A1", "A1A2"), vclass="passenger")
-    mine = [LoopVehicle("late", way, DEFAULT_TYPE)]
+    mine = [VehicleDemand("late", way, DEFAULT_TYPE)]
     who = str(write("who.txt", "late\n"))
     assert choose_gated(Scenario(network="n", loops=1, who=who), mine) == (mine, [])

@@ -12,7 +12,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.cli.driven_streets import read_driven, streets_left
 from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_streets, read_weights
@@ -129,12 +129,12 @@ def _too_long(covers: Sequence[Cover]) -> list[str]:
     return found
 
 
-def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[LoopVehicle]:
+def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[VehicleDemand]:
     """Return the vehicles to write: those asked for, or one per loop if the file must name their class."""
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
         return []
     return [
-        LoopVehicle(f"{loop.id}.{k}", loop, kind, at)
+        VehicleDemand(f"{loop.id}.{k}", loop, kind, at)
         for loop, number in zip(made.loops, made.patrol.vehicles, strict=True)
         for k, at in enumerate(even_starts_m(roads, loop, number))
     ]

@@ -13,7 +13,7 @@ from loopgate.cli.json_output import print_json
 from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
 
 if TYPE_CHECKING:
-    from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+    from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
     from loopgate.network.generate import LoopOptions
 
 
@@ -248,13 +248,13 @@ def _random_loops(wish: LoopsWish) -> None:
         click.echo(f"warning: {found.shortfall}; for more {found.way_out}", err=True)
 
 
-def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[LoopVehicle]:
+def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[VehicleDemand]:
     """Return a vehicle for each loop if the file must name the class."""
-    from loopgate.network import LoopVehicle
+    from loopgate.network import VehicleDemand
 
     if kind.vclass == "passenger":
         return []
-    return [LoopVehicle(f"{loop.id}.0", loop, kind) for loop in made]
+    return [VehicleDemand(f"{loop.id}.0", loop, kind) for loop in made]
 
 
 def _check_together(wish: LoopsWish) -> None:

@@ -3,12 +3,12 @@
 from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 from loopgate.network.records import Connection, Edge, Junction, Lane
 from loopgate.network.road import RoadNetwork, packaged_networks
 from loopgate.network.routes_file import read_loops
 from loopgate.network.routes_text import write_loops
 from loopgate.network.sumo_config import read_sumo_config
+from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 from loopgate.network.vehicle_type import VehicleType
 
 __all__ = [
@@ -19,9 +19,9 @@ __all__ = [
     "Lane",
     "LaneSpan",
     "Loop",
-    "LoopVehicle",
     "RoadNetwork",
     "RoutesFile",
+    "VehicleDemand",
     "VehicleType",
     "find_loops",
     "generate_loops",

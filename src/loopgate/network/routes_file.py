@@ -16,7 +16,6 @@ from loopgate.network.departures import Flow, depart_s, read_flow
 from loopgate.network.lanes import make_loop
 from loopgate.network.left_out import left_out, wayless
 from loopgate.network.loop import Loop
-from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
 from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import RouteChoices
 from loopgate.network.spreads import parts, refuse_nothing, share_of
@@ -31,6 +30,7 @@ from loopgate.network.stops import (
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips, one_round
 from loopgate.network.ungated import UngatedFleet, take_ungated
+from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import as_path, is_file, of_kind, refusing, shown
@@ -198,7 +198,7 @@ class _Asked:
     types: tuple[tuple[VehicleType, float], ...]
     ways: tuple[_RouteChoice, ...]
 
-    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> LoopVehicle:
+    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> VehicleDemand:
         """Return it with where it departs and where it stops."""
         ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
         first = ways[0][0]
@@ -208,7 +208,7 @@ class _Asked:
             ways=ways if len(ways) > 1 or first.vclass else (),
         )
 
-    def _on(self, loop: Loop, way: _RouteChoice, path: Path) -> LoopVehicle:
+    def _on(self, loop: Loop, way: _RouteChoice, path: Path) -> VehicleDemand:
         name, said = self.element.get("id", ""), self.element.attrib
         what = f"{path}: vehicle {name}"
         try:
@@ -216,7 +216,7 @@ class _Asked:
         except ValueError:
             edge = 0  # "random" and the like
         carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
-        return LoopVehicle(
+        return VehicleDemand(
             name,
             loop,
             way.type,
@@ -399,7 +399,7 @@ class _Found:
 
     def on_loops(
         self, loops: Mapping[str, Loop], path: Path
-    ) -> tuple[tuple[LoopVehicle, ...], dict[str, tuple[Stop, ...]]]:
+    ) -> tuple[tuple[VehicleDemand, ...], dict[str, tuple[Stop, ...]]]:
         """Return the vehicles on loops by name, and by loop where whoever drives on it stops."""
         vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
         stopping = (route for route in self.routes.values() if route.stops)

@@ -6,7 +6,7 @@ from xml.sax.saxutils import quoteattr
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import Loop
-from loopgate.network.loop_vehicle import LoopVehicle
+from loopgate.network.vehicle_demand import VehicleDemand
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 
@@ -28,7 +28,7 @@ def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> N
     write_text(routes_text(loops, note=note), file)
 
 
-def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[LoopVehicle] = ()) -> str:
+def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[VehicleDemand] = ()) -> str:
     """Return the text of `write_loops`: the vehicles' types, the loops, the vehicles."""
     by_id = {loop.id: loop for loop in loops}
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
@@ -47,7 +47,7 @@ def routes_text(loops: Iterable[Loop], *, note: str = "", vehicles: Sequence[Loo
     return "\n".join(lines)
 
 
-def _vehicle_line(vehicle: LoopVehicle) -> str:
+def _vehicle_line(vehicle: VehicleDemand) -> str:
     begin = f"    <vehicle id={quoteattr(vehicle.id)} type={quoteattr(vehicle.type.id)} "
     begin += f'route={quoteattr(vehicle.loop.id)} depart="0"'
     if vehicle.depart_m is None:

@@ -11,13 +11,13 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.drive.track import Track, make_track
 from loopgate.errors import NobodyGatedError, ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.incidents import Incidents, read_incidents
-from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import give_loops
 from loopgate.simulation.demand.amount import check_number
@@ -102,7 +102,7 @@ class Assembly:
     stop_files: tuple[Path, ...] = ()
     vehicle_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
-    ordinary: tuple[LoopVehicle, ...] = ()
+    ordinary: tuple[VehicleDemand, ...] = ()
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
     anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
     other_ways: tuple[Departure, ...] = ()
@@ -225,7 +225,7 @@ def _renewing(one: Departure) -> Departure:
     return replace(one, track=replace(one.track, renews=True)) if one.track and one.track.rounds else one
 
 
-def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> Incidents:
+def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> Incidents:
     if not scenario.incidents:
         return Incidents()
     found = read_incidents(network, scenario.incidents, {v.id for v in vehicles})
@@ -237,7 +237,7 @@ def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Loop
 
 def read_vehicles(
     scenario: Scenario, network: RoadNetwork
-) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
+) -> tuple[list[VehicleDemand], tuple[str, ...], RoutesFile | None]:
     """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
     vehicles, warnings, file = _read_vehicles(scenario, network)
     if scenario.drivers == "machine":
@@ -247,7 +247,7 @@ def read_vehicles(
 
 def _read_vehicles(
     scenario: Scenario, network: RoadNetwork
-) -> tuple[list[LoopVehicle], tuple[str, ...], RoutesFile | None]:
+) -> tuple[list[VehicleDemand], tuple[str, ...], RoutesFile | None]:
     own = is_sumo_config(scenario.network) and scenario.traffic != scenario.network
     if not scenario.routes and not own:
         count = scenario.loops or min(scenario.vehicles, _MOST_LOOPS)
@@ -285,7 +285,10 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
 
 
 def _place(
-    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
+    scenario: Scenario,
+    network: RoadNetwork,
+    vehicles: Sequence[VehicleDemand],
+    abstraction: Abstraction | None,
 ) -> tuple[list[Start], list[Track]]:
     """Return starts and tracks of the vehicles there from the beginning; no gate means no states."""
     starts, tracks = [], []
@@ -302,7 +305,7 @@ def _place(
     return starts, tracks
 
 
-def _driven(scenario: Scenario, vehicle: LoopVehicle, devices: Collection[str]) -> LoopVehicle:
+def _driven(scenario: Scenario, vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:
     """Return a vehicle as it is driven: without these devices, by advice or not."""
     bare = without_devices(vehicle, devices) if devices else vehicle
     return replace(bare, type=advised_type(bare.type)) if scenario.rule_for_spacing == "advice" else bare
@@ -322,7 +325,7 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
     )
 
 
-def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> dict[str, str]:
+def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> dict[str, str]:
     """Refuse types that no gate can drive; return the peculiarities of the other types, by name."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
@@ -332,7 +335,10 @@ def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopV
 
 
 def _abstraction(
-    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[LoopVehicle], later: Sequence[LoopVehicle]
+    scenario: Scenario,
+    network: RoadNetwork,
+    vehicles: Sequence[VehicleDemand],
+    later: Sequence[VehicleDemand],
 ) -> Abstraction:
     loops = [vehicle.loop for vehicle in vehicles]
     given = {v.id: v.depart_m for v in vehicles if v.depart_m is not None}

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from loopgate.network import LoopVehicle, VehicleType
+from loopgate.network import VehicleDemand, VehicleType
 
 _MACHINE = "@machine"
 """Is at the end of the names of such types, beside those of the file."""
@@ -46,7 +46,7 @@ def type_name(kind: VehicleType) -> str:
     return kind.id.removesuffix(_MACHINE)
 
 
-def driven_by_machines(vehicles: Sequence[LoopVehicle], step_s: float) -> list[LoopVehicle]:
+def driven_by_machines(vehicles: Sequence[VehicleDemand], step_s: float) -> list[VehicleDemand]:
     """Return the vehicles as controlled vehicles drive; vehicles of one type share one type."""
     once: dict[int, VehicleType] = {}
     for vehicle in vehicles:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from loopgate.errors import ScenarioError
 from loopgate.network.additional import FLEET, read_additional
 from loopgate.network.clock import seconds
-from loopgate.network.loop_vehicle import RoutesFile
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.settings import check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
 

@@ -9,7 +9,7 @@ from roads import roads
 
 from loopgate.errors import RouteError
 from loopgate.network import read_loops
-from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
+from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 
 NET = roads(
     {"a": (100, 2), "b": (50, 2), "c": (100, 2)},
@@ -24,7 +24,7 @@ PLACES = """<additional>
 
 def fleet(
     tmp_path: Path, inside: str, *, end_s: float = 1000.0, begin_s: float = 0.0, seed: int = 1
-) -> tuple[RoutesFile, list[LoopVehicle]]:
+) -> tuple[RoutesFile, list[VehicleDemand]]:
     """Return the file's content, and its vehicles in a run."""
     file, places = tmp_path / "x.rou.xml", tmp_path / "places.add.xml"
     file.write_text(f"<routes>{inside}</routes>", encoding="utf-8")

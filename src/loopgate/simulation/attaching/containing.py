@@ -11,7 +11,7 @@ from typing import Any
 from loopgate.drive.driver import Driver
 from loopgate.drive.track import round_routes
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.reading import meant
 from loopgate.results.recorder import Recorder
@@ -172,7 +172,7 @@ class OwnersContainment:
         if not fresh:
             return
         self._avoided.update(fresh)
-        users = [LoopVehicle("", loop, kind) for loop, kind in (self._queue.coming or self._plan).users]
+        users = [VehicleDemand("", loop, kind) for loop, kind in (self._queue.coming or self._plan).users]
         loops = [user for user in users if user.loop.id not in self._own]
         found = find_detours_round(
             self._network, loops, fresh, [user for user in users if user.loop.id in self._own]

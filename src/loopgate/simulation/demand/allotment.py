@@ -5,16 +5,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
-from loopgate.network.loop_vehicle import RoutesFile
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.demand.amount import MOST_VEHICLES
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.values import parse_amounts
 
 
-def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[LoopVehicle]:
+def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[VehicleDemand]:
     """Give loops and types to the vehicles: types of the scenario, or the types on the loop."""
     on_loop: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
@@ -24,7 +24,8 @@ def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> li
     kinds = mixed_types(scenario, file.types, len(chosen))
     kinds = kinds or [on_loop.get(loop.id, file.default) for loop in chosen]
     return [
-        LoopVehicle(f"v{i}", loop, kind) for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
+        VehicleDemand(f"v{i}", loop, kind)
+        for i, (loop, kind) in enumerate(zip(chosen, kinds, strict=True), 1)
     ]
 
 
@@ -96,7 +97,7 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
     return chosen
 
 
-def evenly_round(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+def evenly_round(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
     """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
     numbers = Counter(vehicle.loop.id for vehicle in vehicles)
     loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}

@@ -1,7 +1,7 @@
 """The largest number of vehicles in a run; a run refuses more before it makes them."""
 
 from loopgate.errors import ScenarioError
-from loopgate.network.loop_vehicle import LoopVehicle, RoutesFile
+from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 
 MOST_VEHICLES = 100_000
 """Vehicles that depart in one run. Each is an object of its own: so many take about a gigabyte."""
@@ -16,7 +16,7 @@ def check_number(file: RoutesFile, begin_s: float, end_s: float) -> None:
         The text names the vehicle or flow that makes most of them.
     """
 
-    def number(vehicle: LoopVehicle) -> float:
+    def number(vehicle: VehicleDemand) -> float:
         return vehicle.number(begin_s, end_s)
 
     total = sum(map(number, file.vehicles))

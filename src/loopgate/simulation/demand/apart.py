@@ -7,11 +7,11 @@ from pathlib import Path
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.stopping import fit_stops
 from loopgate.errors import NobodyGatedError, ScenarioError
-from loopgate.network import LoopVehicle, RoadNetwork
-from loopgate.network.loop_vehicle import RoutesFile
+from loopgate.network import RoadNetwork, VehicleDemand
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.ungated import UngatedFleet
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.demand.allotment import evenly_round
 from loopgate.simulation.demand.once import choose_gated, fit_in, left_out
 from loopgate.simulation.demand.placing import by_departure
@@ -41,13 +41,13 @@ class SortedOut:
         Lines about those whose ways do not work, and about those who do not depart when they should.
     """
 
-    everybody: list[LoopVehicle]
-    ordinary: list[LoopVehicle]
-    vehicles: list[LoopVehicle]
-    later: list[LoopVehicle]
+    everybody: list[VehicleDemand]
+    ordinary: list[VehicleDemand]
+    vehicles: list[VehicleDemand]
+    later: list[VehicleDemand]
     moved: tuple[str, ...]
     ungated: UngatedFleet
-    others: list[LoopVehicle] = field(default_factory=list)
+    others: list[VehicleDemand] = field(default_factory=list)
     anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
     apart: dict[str, str] = field(default_factory=dict)
     lines: tuple[str, ...] = ()
@@ -57,7 +57,7 @@ class SortedOut:
         self.apart |= whys
         self.let_go({v.id: v for v in self.later if v.id in whys})
 
-    def let_go(self, those: Mapping[str, LoopVehicle]) -> None:
+    def let_go(self, those: Mapping[str, VehicleDemand]) -> None:
         """Make vehicles that depart later ordinary traffic."""
         self.ordinary += those.values()
         self.later, self.everybody = (
@@ -66,7 +66,7 @@ class SortedOut:
 
 
 def sort_out(
-    scenario: Scenario, network: RoadNetwork, everybody: Sequence[LoopVehicle], file: RoutesFile | None
+    scenario: Scenario, network: RoadNetwork, everybody: Sequence[VehicleDemand], file: RoutesFile | None
 ) -> SortedOut:
     """Separate vehicles under the gate, with their departures, from ordinary traffic.
 
@@ -108,14 +108,14 @@ def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def of_no_safe_type(vehicles: Sequence[LoopVehicle], step_s: float) -> dict[str, str]:
+def of_no_safe_type(vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
     """Return the trips of a type that no gate can drive, with the reason, by name."""
     once = [v for v in vehicles if not v.loop.closed]
     whys = {kind: why_unsafe(kind, step_s) for kind in {v.type for v in once}}
     return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
 
 
-def cannot_stop(vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None) -> dict[str, str]:
+def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None) -> dict[str, str]:
     """Return the trips with a stop that no gate can work with, with the reason, by name."""
     ways = {way.loop.id: way for way in (abstraction.later if abstraction else ())}
     found = {}
@@ -128,7 +128,7 @@ def cannot_stop(vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
 
 
 def fitted_stops(
-    scenario: Scenario, vehicles: Sequence[LoopVehicle], abstraction: Abstraction | None
+    scenario: Scenario, vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None
 ) -> dict[str, tuple[Stop, ...]]:
     """Return the stops of each vehicle by name, as it makes them under a gate.
 

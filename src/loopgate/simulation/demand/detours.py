@@ -12,7 +12,7 @@ from itertools import pairwise
 import networkx as nx
 
 from loopgate.errors import RefusedLoopError, RouteError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, make_loop
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
 from loopgate.network.incidents import Incidents
 from loopgate.network.stops import Stop
 from loopgate.reading import counted, listed
@@ -128,15 +128,15 @@ class FoundDetours:
         By the name of each the name of the loop that it is a detour of.
     """
 
-    vehicles: tuple[LoopVehicle, ...] = ()
+    vehicles: tuple[VehicleDemand, ...] = ()
     own: Mapping[str, str] = field(default_factory=dict)
 
 
 def find_detours(
     network: RoadNetwork,
-    vehicles: Sequence[LoopVehicle],
+    vehicles: Sequence[VehicleDemand],
     incidents: Incidents,
-    beside: Sequence[LoopVehicle] = (),
+    beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
     """Return the loops that may be needed while something stands, without those that do not work as queues.
 
@@ -161,9 +161,9 @@ def find_detours(
 
 def find_detours_round(
     network: RoadNetwork,
-    vehicles: Sequence[LoopVehicle],
+    vehicles: Sequence[VehicleDemand],
     each: Iterable[AbstractSet[str]],
-    beside: Sequence[LoopVehicle] = (),
+    beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
     """Return the loops round each of some sets of edges, without those that do not work as queues.
 
@@ -183,7 +183,7 @@ def find_detours_round(
     """
     finders: dict[str, Detours] = {}
     taken = {v.loop.id for v in (*vehicles, *beside)}
-    found: dict[tuple[str, str], LoopVehicle] = {}
+    found: dict[tuple[str, str], VehicleDemand] = {}
     own: dict[str, str] = {}
     names: dict[tuple[str, tuple[str, ...]], str] = {}
     users = {(v.loop.id, v.type.id): v for v in vehicles}.values()
@@ -201,7 +201,7 @@ def find_detours_round(
                 name = f"{name}~"
             names[v.loop.id, loop.edges] = name
             taken.add(name)
-            found.setdefault((name, v.type.id), LoopVehicle("", replace(loop, id=name), v.type))
+            found.setdefault((name, v.type.id), VehicleDemand("", replace(loop, id=name), v.type))
             own[name] = v.loop.id
     if not found:
         return FoundDetours()
@@ -212,14 +212,14 @@ def find_detours_round(
 
 
 def _avoided(
-    network: RoadNetwork, vehicles: Iterable[LoopVehicle], incidents: Incidents
+    network: RoadNetwork, vehicles: Iterable[VehicleDemand], incidents: Incidents
 ) -> Iterator[frozenset[str]]:
     """Yield the sets of edges that something may stand on at the same time.
 
     A vehicle that breaks down may stand on the junction before an edge: then all edges into that are avoided.
     """
     into = edges_into(network)
-    by_name: Mapping[str, LoopVehicle] = {v.id: v for v in vehicles}
+    by_name: Mapping[str, VehicleDemand] = {v.id: v for v in vehicles}
     sets: dict[frozenset[str], None] = {frozenset((one.edge,)): None for one in incidents.closures}
     changes = {time for one in incidents.closures for time in (one.from_s, one.to_s)}
     changes |= {time for one in incidents.breakdowns for time in (one.from_s, one.to_s)}
@@ -257,7 +257,7 @@ def _span(stop: Stop) -> str:
     return f"until a {stop.triggers[0]} has come" if stop.triggers else f"for {stop.duration_s:g} s"
 
 
-def name_long_stops(vehicles: Sequence[LoopVehicle], found: FoundDetours) -> tuple[str, ...]:
+def name_long_stops(vehicles: Sequence[VehicleDemand], found: FoundDetours) -> tuple[str, ...]:
     """Return a line for each stop at which a vehicle stands long: where, and which loops go through there."""
     around: dict[str, list[AbstractSet[str]]] = {}
     for detour in found.vehicles:

@@ -11,7 +11,7 @@ from loopgate.abstraction.movements import reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stretches import least_change_m, narrow_lanes
 from loopgate.errors import Refusal, RefusedLoopError, RouteError, ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 from loopgate.network.stops import lanes_of_stops, on_loop
 from loopgate.network.trips import ways_between
@@ -23,8 +23,8 @@ _MOST_SHOWN = 5
 
 
 def choose_gated(
-    scenario: Scenario, vehicles: Sequence[LoopVehicle]
-) -> tuple[list[LoopVehicle], list[LoopVehicle]]:
+    scenario: Scenario, vehicles: Sequence[VehicleDemand]
+) -> tuple[list[VehicleDemand], list[VehicleDemand]]:
     """Return gated and ordinary vehicles; a vehicle on a loop is always gated.
 
     Raises
@@ -44,7 +44,7 @@ def choose_gated(
     return mine, [v for v in once if v.id not in gated]
 
 
-def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
+def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
     kinds = list(dict.fromkeys(type_name(v.type) for v in vehicles))
     if not is_file(who):
         listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
@@ -65,7 +65,7 @@ def _named(who: str, vehicles: Sequence[LoopVehicle]) -> Collection[str]:
     return asked
 
 
-def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
     """Choose lanes for trips so that parallel lanes share the traffic, in order of departure.
 
     Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
@@ -102,7 +102,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[L
     return list(found.values())
 
 
-def _led(vehicle: LoopVehicle, way: Loop) -> LoopVehicle:
+def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
     """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
     begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
@@ -117,7 +117,7 @@ def _counted(way: Loop) -> Iterator[str]:
         yield f"{span.lane_id}>{after.edge}"
 
 
-def _find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> list[LoopVehicle]:
+def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
     """Return one of no name on each further way between the ends of vehicles that may be led another way.
 
     It begins on the lane on which they do.
@@ -125,7 +125,7 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> l
     asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
     ways = ways_between(network, list(dict.fromkeys(asked.values())))
     known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
-    found: list[LoopVehicle] = []
+    found: list[VehicleDemand] = []
     for v in vehicles:
         lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.needed_m)
         for edges in ways[asked[v.id]]:
@@ -135,7 +135,7 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[LoopVehicle]) -> l
             with suppress(RouteError):  # no lanes lead there
                 name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
                 way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
-                found.append(LoopVehicle("", way, v.type))
+                found.append(VehicleDemand("", way, v.type))
     return found
 
 
@@ -144,8 +144,8 @@ def _index(text: str | None) -> int | None:
 
 
 def fit_in(
-    network: RoadNetwork, vehicles: Sequence[LoopVehicle], led: Collection[str]
-) -> tuple[dict[str, list[LoopVehicle]], list[LoopVehicle]]:
+    network: RoadNetwork, vehicles: Sequence[VehicleDemand], led: Collection[str]
+) -> tuple[dict[str, list[VehicleDemand]], list[VehicleDemand]]:
     """Return the trips that cannot be gated, by reason, and the other ways that work.
 
     Parameters
@@ -163,7 +163,7 @@ def fit_in(
     return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
 
 
-def left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
+def left_out(unfit: Mapping[str, Sequence[VehicleDemand]]) -> Iterator[str]:
     """Return a warning for each reason why vehicles cannot be under the gate."""
     for reason, some in unfit.items():
         count, first = len(some), some[0]
@@ -174,8 +174,8 @@ def left_out(unfit: Mapping[str, Sequence[LoopVehicle]]) -> Iterator[str]:
 
 
 def find_unfit(
-    network: RoadNetwork, staying: Sequence[LoopVehicle], asked: Sequence[LoopVehicle]
-) -> dict[str, list[LoopVehicle]]:
+    network: RoadNetwork, staying: Sequence[VehicleDemand], asked: Sequence[VehicleDemand]
+) -> dict[str, list[VehicleDemand]]:
     """Return, by reason, those of `asked` whose ways do not work as queues beside all others.
 
     Raises
@@ -183,7 +183,7 @@ def find_unfit(
     RefusedLoopError
         If one of those `staying` does not.
     """
-    unfit: dict[str, list[LoopVehicle]] = {}
+    unfit: dict[str, list[VehicleDemand]] = {}
     alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
     edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]

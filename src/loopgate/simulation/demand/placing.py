@@ -8,8 +8,8 @@ from random import Random
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.track import Track, make_track
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, VehicleType
-from loopgate.network.loop_vehicle import RoutesFile
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
+from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import Start, start_of
 from loopgate.simulation.sumo_options import begins_s
@@ -24,7 +24,7 @@ _TRY_EVERY_M = 2.5
 """How far apart places on a loop are tried [m]."""
 
 
-def spread(vehicles: Sequence[LoopVehicle], rng: Random) -> list[float]:
+def spread(vehicles: Sequence[VehicleDemand], rng: Random) -> list[float]:
     """Place vehicles on their loops so that each stands on one lane and none overlap.
 
     Parameters
@@ -79,8 +79,8 @@ def _next_free(
 
 
 def by_departure(
-    scenario: Scenario, vehicles: Sequence[LoopVehicle], file: RoutesFile | None
-) -> tuple[list[LoopVehicle], list[LoopVehicle], tuple[str, ...]]:
+    scenario: Scenario, vehicles: Sequence[VehicleDemand], file: RoutesFile | None
+) -> tuple[list[VehicleDemand], list[VehicleDemand], tuple[str, ...]]:
     """Return the vehicles at the beginning, the later departures in order, and warnings."""
     twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
     if twice is not None:
@@ -116,14 +116,14 @@ class Departure:
     at_s: float
 
 
-def departs_at_edge(vehicle: LoopVehicle) -> Departure:
+def departs_at_edge(vehicle: VehicleDemand) -> Departure:
     """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
     least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
     return Departure(start_of(vehicle, front_m, depart_s=vehicle.depart_s), None, vehicle.depart_s)
 
 
-def _arrival(vehicle: LoopVehicle, way: Itinerary) -> dict[str, str]:
+def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
     """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
     last = vehicle.loop.roads[-1]
     most_m = way.legs[-1].begin_m - last.begin_m
@@ -142,7 +142,7 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
     return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
 
 
-def departs_in_place(network: RoadNetwork, vehicle: LoopVehicle, way: Itinerary) -> Departure:
+def departs_in_place(network: RoadNetwork, vehicle: VehicleDemand, way: Itinerary) -> Departure:
     """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.loop.lap_m

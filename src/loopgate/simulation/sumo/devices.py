@@ -7,7 +7,7 @@ from math import inf
 from random import Random
 
 from loopgate.errors import ScenarioError
-from loopgate.network import LoopVehicle
+from loopgate.network import VehicleDemand
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE
@@ -48,7 +48,7 @@ class ReroutingPolicy:
     least_s: float
 
 
-def led_anew(scenario: Scenario, vehicles: Sequence[LoopVehicle]) -> dict[str, ReroutingPolicy]:
+def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str, ReroutingPolicy]:
     """Return the vehicles to reroute where another way is quicker, as SUMO's rerouting device does.
 
     These are vehicles that drive once, without stops or edges to drive over in between.
@@ -89,7 +89,7 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 
 
 def leading_devices(
-    scenario: Scenario, vehicles: Sequence[LoopVehicle], rerouted: AbstractSet[str] = frozenset()
+    scenario: Scenario, vehicles: Sequence[VehicleDemand], rerouted: AbstractSet[str] = frozenset()
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return which of these devices gated vehicles would have, and what to say of it.
 
@@ -123,7 +123,7 @@ def leading_devices(
     return tuple(found), tuple(found[device] for device in found if device in told)
 
 
-def without_devices(vehicle: LoopVehicle, devices: Collection[str]) -> LoopVehicle:
+def without_devices(vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:
     """Return a vehicle, and its type, without devices; SUMO takes none from a vehicle that is there."""
     off = {has_device(device): "false" for device in devices}
     kind = replace(vehicle.type, parameters={**vehicle.type.parameters, **off})

@@ -8,7 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.drive.track import round_routes, rounds, rounds_from
-from loopgate.network import Loop, LoopVehicle, VehicleType
+from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.network.stops import Stop
 from loopgate.network.trips import MIDDLE
@@ -105,7 +105,7 @@ class Start:
 
 
 def start_of(
-    vehicle: LoopVehicle, front_m: float, lane: int | None = None, *, depart_s: float | None = None
+    vehicle: VehicleDemand, front_m: float, lane: int | None = None, *, depart_s: float | None = None
 ) -> Start:
     """Return the start of a vehicle with its front there, on that lane, at that time; see `Start`."""
     said = vehicle.attributes, vehicle.parameters
@@ -205,7 +205,7 @@ def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
 
 
 def write_ordinary(
-    vehicles: Sequence[LoopVehicle],
+    vehicles: Sequence[VehicleDemand],
     file: Path,
     *,
     known: Collection[str] = (),
@@ -222,7 +222,7 @@ def write_ordinary(
         element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
         for name, value in kind.parameters.items():
             ET.SubElement(element, "param", key=name, value=value)
-    everybody: list[LoopVehicle | Ungated] = [*vehicles, *ungated.vehicles]
+    everybody: list[VehicleDemand | Ungated] = [*vehicles, *ungated.vehicles]
     for v in sorted(everybody, key=lambda v: v.depart_s):
         if isinstance(v, Ungated):
             top.append(v.element)

@@ -5,7 +5,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, LoopVehicle
+from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
 
 _CLOSES = ("closingReroute", "closingLaneReroute")
@@ -30,7 +30,7 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
                     raise ScenarioError(msg)
 
 
-def led_off(files: Iterable[Path], vehicles: Iterable[LoopVehicle]) -> dict[str, str]:
+def led_off(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> dict[str, str]:
     """Return the trips that a rerouter may lead off their ways, with the reason, by name.
 
     It does so where a vehicle comes onto one of its edges: to another end or onto another route, or round

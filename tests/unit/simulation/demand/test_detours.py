@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.network import Loop, LoopVehicle, RoadNetwork, read_loops
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -48,7 +48,7 @@ def test_where_nothing_leads_round_there_is_no_loop() -> None:
 def test_loops_are_found_round_all_that_may_stand() -> None:
     """Round each closure, round those at the same time together, and round each edge of who breaks down."""
     first, second = LOOPS[0], LOOPS[5]
-    vehicles = [LoopVehicle(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((first, second))]
+    vehicles = [VehicleDemand(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((first, second))]
     one, other = first.edges[3], first.edges[7]
     planned = Incidents((Closure(one, "", 0.0, 9.0), Closure(other, "", 5.0, 12.0)))
     found = find_detours(GRID, vehicles, planned)
@@ -64,7 +64,7 @@ def test_a_loop_with_a_name_like_that_of_a_detour_is_not_taken_for_one() -> None
     """Whose detour a loop is does not hang on its name."""
     edge = LOOPS[0].edges[3]
     namesake = replace(LOOPS[1], id=f"{LOOPS[0].id}~{edge}")
-    vehicles = [LoopVehicle(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((LOOPS[0], namesake))]
+    vehicles = [VehicleDemand(f"v{n}", loop, DEFAULT_TYPE) for n, loop in enumerate((LOOPS[0], namesake))]
     found = find_detours(GRID, vehicles, Incidents((Closure(edge, "", 0.0, 9.0),)))
     assert namesake.id not in found.own
     assert LOOPS[0].id in found.own.values()
@@ -74,10 +74,10 @@ def test_a_stop_that_is_longer_than_others_can_wait_is_named() -> None:
     """With where it is, and the loops through there that no way leads round; a short one is not named."""
     first = replace(LOOPS[0], id="mine")
     stop = Stop("bay", "lane", f"{first.edges[1]}_0", 10.0, 60.0, 900.0)
-    others = [LoopVehicle(f"o{n}", loop, DEFAULT_TYPE) for n, loop in enumerate(LOOPS[:5])]
+    others = [VehicleDemand(f"o{n}", loop, DEFAULT_TYPE) for n, loop in enumerate(LOOPS[:5])]
     through = [v.loop.id for v in others if stop.edge in v.loop.edges]
     assert through
-    stands = LoopVehicle("v", first, DEFAULT_TYPE, stops=(stop,))
+    stands = VehicleDemand("v", first, DEFAULT_TYPE, stops=(stop,))
     (line,) = name_long_stops([stands, *others], FoundDetours())
     assert line.startswith(f"v is to stand for 900 s on edge {stop.edge}:")
     assert line.endswith(f"no way leads round it for {', '.join(through)}")

@@ -17,7 +17,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 
 @dataclass(frozen=True, slots=True)
-class LoopVehicle:
+class VehicleDemand:
     """A vehicle, or a flow of them, on its loop."""
 
     id: str
@@ -39,7 +39,7 @@ class LoopVehicle:
     elements by key."""
     types: tuple[tuple[VehicleType, float], ...] = ()
     """The types from which its own is drawn, with shares; `type` is the first. Empty if none is drawn."""
-    ways: tuple[tuple[LoopVehicle, float], ...] = ()
+    ways: tuple[tuple[VehicleDemand, float], ...] = ()
     """The same for its route: itself on each, with shares."""
     vclass: str = ""
     """The class of vehicles that it has to be of on this way; empty for all."""
@@ -49,7 +49,7 @@ class LoopVehicle:
         """Whether it drives its route once, or one of those it is drawn from, and not round and round."""
         return not self.loop.closed or any(way.once for way, _ in self.ways)
 
-    def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
+    def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[VehicleDemand]:
         """Yield the vehicles that depart in a run [s]; a vehicle that departed before is there at first.
 
         Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
@@ -71,7 +71,7 @@ class LoopVehicle:
         ways = [way.loop for way, _ in self.ways] or [self.loop]
         return -inf if any(way.closed for way in ways) else begin_s
 
-    def _each(self, begin_s: float, end_s: float, seed: int) -> Iterator[LoopVehicle]:
+    def _each(self, begin_s: float, end_s: float, seed: int) -> Iterator[VehicleDemand]:
         names: Iterable[tuple[str, float]] = [(self.id, self.depart_s)]
         first_s = self.depart_s
         if self.flow is not None:
@@ -83,7 +83,7 @@ class LoopVehicle:
                 stops = tuple(stop.at(depart_s, later_s=at_s - first_s) for stop in one.stops)
                 yield replace(one, depart_s=depart_s, flow=None, stops=stops)
 
-    def drawn(self, name: str, seed: int) -> Iterator[LoopVehicle]:
+    def drawn(self, name: str, seed: int) -> Iterator[VehicleDemand]:
         """Yield the vehicle of a name with its type and its way; nobody if it finds no way with that type."""
         if not self.types and not self.ways:
             yield replace(self, id=name)
@@ -103,7 +103,7 @@ class RoutesFile:
     file: Path
     loops: tuple[Loop, ...]
     """One per route, in the file's order."""
-    vehicles: tuple[LoopVehicle, ...]
+    vehicles: tuple[VehicleDemand, ...]
     """Vehicles and flows on them, in the file's order; possibly none."""
     types: dict[str, VehicleType]
     """The vehicle types that it and its additional files define, by id."""
