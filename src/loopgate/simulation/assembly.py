@@ -36,7 +36,7 @@ from loopgate.simulation.fleet.spacing import advised_type
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
-from loopgate.simulation.sumo.input import Start, start_of
+from loopgate.simulation.sumo.input import VehicleStart, start_of
 from loopgate.simulation.sumo_options import begins_s
 
 _MOST_LOOPS = 40
@@ -91,7 +91,7 @@ class Assembly:
 
     network: RoadNetwork
     loops: tuple[Loop, ...]
-    starts: tuple[Start, ...]
+    starts: tuple[VehicleStart, ...]
     tracks: tuple[Track, ...]
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
@@ -125,7 +125,7 @@ class Assembly:
         return (*(one.id for one in self.ordinary), *(one.id for one in self.ungated.vehicles))
 
     @cached_property
-    def everybody(self) -> tuple[Start, ...]:
+    def everybody(self) -> tuple[VehicleStart, ...]:
         """All vehicles, also those that depart later."""
         return (*self.starts, *(departure.start for departure in self.departures))
 
@@ -289,7 +289,7 @@ def _place(
     network: RoadNetwork,
     vehicles: Sequence[VehicleDemand],
     abstraction: Abstraction | None,
-) -> tuple[list[Start], list[Track]]:
+) -> tuple[list[VehicleStart], list[Track]]:
     """Return starts and tracks of the vehicles there from the beginning; no gate means no states."""
     starts, tracks = [], []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))

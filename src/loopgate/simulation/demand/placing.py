@@ -11,7 +11,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import Start, start_of
+from loopgate.simulation.sumo.input import VehicleStart, start_of
 from loopgate.simulation.sumo_options import begins_s
 
 _CLEAR_M = 0.5
@@ -111,7 +111,7 @@ def by_departure(
 class Departure:
     """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
 
-    start: Start
+    start: VehicleStart
     track: Track | None
     at_s: float
 

@@ -25,7 +25,7 @@ _ROUNDS = "1000"
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class VehicleStart:
     """A vehicle at its start.
 
     Attributes
@@ -106,19 +106,19 @@ class Start:
 
 def start_of(
     vehicle: VehicleDemand, front_m: float, lane: int | None = None, *, depart_s: float | None = None
-) -> Start:
-    """Return the start of a vehicle with its front there, on that lane, at that time; see `Start`."""
+) -> VehicleStart:
+    """Return the start of a vehicle with its front there, on that lane, at that time; see `VehicleStart`."""
     said = vehicle.attributes, vehicle.parameters
-    return Start(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, depart_s)
+    return VehicleStart(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, depart_s)
 
 
 def write_sumo_input(
-    starts: Sequence[Start],
+    starts: Sequence[VehicleStart],
     folder: Path,
     *,
     beside: Sequence[Path] = (),
     begin_s: float = 0.0,
-    later: Sequence[Start] = (),
+    later: Sequence[VehicleStart] = (),
     renews: bool = True,
 ) -> list[str]:
     """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
@@ -185,7 +185,7 @@ def without_vehicles(files: Sequence[Path], holding: Collection[Path], folder: P
     )
 
 
-def _add_vehicle(top: ET.Element, start: Start, begin_s: float) -> None:
+def _add_vehicle(top: ET.Element, start: VehicleStart, begin_s: float) -> None:
     checks = {"insertionChecks": "none"} if start.depart_s is None else {}
     vehicle = ET.SubElement(
         top,
