@@ -26,7 +26,7 @@ from loopgate.network import write_loops
 from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import Start, write_sumo_input
+from loopgate.simulation.sumo.input import VehicleStart, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 
 
@@ -55,7 +55,7 @@ def alone_km(scenario: Scenario) -> float:
     return km * 3600 / scenario.duration_s
 
 
-def one_km(scenario: Scenario, network: Path, start: Start) -> float:
+def one_km(scenario: Scenario, network: Path, start: VehicleStart) -> float:
     """Return how far one drives alone in the scenario's duration [km]."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -49,7 +49,7 @@ from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import Start, write_ordinary, write_sumo_input
+from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 from loopgate.traffic.base import Traffic
 
@@ -91,7 +91,12 @@ class Turnover:
     """Vehicles that leave one after the other, and come in where they first stood, as soon as they can."""
 
     def __init__(
-        self, traffic: Traffic, driving: Driving, outside: list[Way], starts: Sequence[Start], every_s: float
+        self,
+        traffic: Traffic,
+        driving: Driving,
+        outside: list[Way],
+        starts: Sequence[VehicleStart],
+        every_s: float,
     ) -> None:
         self._traffic, self._driving, self._outside, self._every_s = traffic, driving, outside, every_s
         self._insertions = {start.vehicle: start.insertion for start in starts}

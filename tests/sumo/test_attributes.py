@@ -16,7 +16,7 @@ from loopgate.network import RoadNetwork
 from loopgate.network.routes_file import read_loops
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.settings import check_types
-from loopgate.simulation.sumo.input import Start, write_sumo_input
+from loopgate.simulation.sumo.input import VehicleStart, write_sumo_input
 
 pytestmark = pytest.mark.sumo
 
@@ -166,7 +166,7 @@ def _sumo_is_told(folder: Path, element: str, name: str, value: str, routes: Rou
     vehicle, loop = routes.vehicles[0], routes.loops[0]
     if element == "stop":
         return (name, value) in vehicle.stops[0].told
-    start = Start(vehicle.id, loop, 20.0, vehicle.type, None, vehicle.attributes, vehicle.parameters)
+    start = VehicleStart(vehicle.id, loop, 20.0, vehicle.type, None, vehicle.attributes, vehicle.parameters)
     write_sumo_input([start], folder)
     top = ET.parse(folder / "vehicles.add.xml").getroot()
     (found,) = top.iter(element if element == "vType" else "vehicle")
