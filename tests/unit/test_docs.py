@@ -91,7 +91,7 @@ def test_names_to_be_mended_are_in_the_code() -> None:
         for row in re.findall(r"^\| (`.*?) \|", listed, re.MULTILINE)
         for name in re.findall(r"`(\w+)`", row)
     }
-    assert len(names) > 10
+    assert len(names) > 3
     source = DOCS.parent / "src" / "loopgate"
     text = "\n".join(file.read_text(encoding="utf-8") for file in source.rglob("*.py"))
     known = set(re.findall(r"^class (\w+)", text, re.MULTILINE)) | {

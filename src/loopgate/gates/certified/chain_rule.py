@@ -6,7 +6,7 @@ from typing import Any
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.chain import follow
 from loopgate.gates.certified.homes import Homes
-from loopgate.gates.certified.keepers import Keeper
+from loopgate.gates.certified.liveness_proof import LivenessProof
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.search import Budget
@@ -17,7 +17,7 @@ from loopgate.model import Configuration, System
 _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
-class ChainRule(Keeper):
+class ChainRule(LivenessProof):
     """Promises that somebody can always move and that no circular wait ever forms; or more, see below.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot

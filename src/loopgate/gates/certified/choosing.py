@@ -1,4 +1,4 @@
-"""Chooses the strongest promise that can be given for a start, and the keeper that gives it."""
+"""Chooses the strongest promise for a start, and its liveness proof."""
 
 import math
 from collections.abc import Iterator
@@ -11,7 +11,7 @@ from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.exploration import Exploration
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.homes import Homes
-from loopgate.gates.certified.keepers import Keeper
+from loopgate.gates.certified.liveness_proof import LivenessProof
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.gates.certified.system_index import SystemIndex
@@ -21,8 +21,8 @@ _SMALL = 200_000
 """Up to so many combinations of positions, robots without homes are kept going round one and all."""
 
 
-def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
-    """Return the keeper of a promise, with a witness of the start; see `CertifiedGate` for the order.
+def choose_proof(system: System, promise: str, budget: Budget) -> LivenessProof:
+    """Return the proof of a promise, with a witness of the start; see `CertifiedGate` for the order.
 
     Raises `UnsafeStartError` if the promise cannot be given for the start; the text names the robots. Raises
     `GateError` if a witness does not pass the gate's own check: a fault of ours.
@@ -42,26 +42,26 @@ def choose_keeper(system: System, promise: str, budget: Budget) -> Keeper:
         )
         raise UnsafeStartError(msg)
     nodes = budget.nodes
-    failed: GateError = UnsafeStartError("gate certified: no keeper")
-    for keeper in _keepers(layout, promise, budget):
-        budget.nodes = max(nodes, _SMALL) if isinstance(keeper, Exploration) else nodes
-        stand = Occupancy.of(keeper.layout, system.initial)
+    failed: GateError = UnsafeStartError("gate certified: no proof")
+    for proof in _proofs(layout, promise, budget):
+        budget.nodes = max(nodes, _SMALL) if isinstance(proof, Exploration) else nodes
+        stand = Occupancy.of(proof.layout, system.initial)
         try:
-            if keeper.begin(system.initial, stand):
-                return keeper
+            if proof.begin(system.initial, stand):
+                return proof
         except BudgetError:
-            other = "" if isinstance(keeper, Homes | ChainRule) else ", or ask for promise=somebody"
+            other = "" if isinstance(proof, Homes | ChainRule) else ", or ask for promise=somebody"
             msg = f"gate certified: the start could not be shown live within the budget; raise budget{other}"
             failed = UnsafeStartError(msg)
             continue
-        failed = _refusal(keeper, stand)
-        if not isinstance(keeper, FreeSlots):
+        failed = _refusal(proof, stand)
+        if not isinstance(proof, FreeSlots):
             break
     raise failed from None
 
 
-def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keeper]:
-    """Yield the keepers that may keep the promise, the strongest first."""
+def _proofs(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[LivenessProof]:
+    """Yield the proofs that may keep the promise, the strongest first."""
     system = layout.system
     flow = ChainRule(system, budget)
     if promise != "somebody":
@@ -93,9 +93,9 @@ def _keepers(layout: SystemIndex, promise: str, budget: Budget) -> Iterator[Keep
     yield flow
 
 
-def _refusal(keeper: Keeper, stand: Occupancy) -> GateError:
-    """Return why a start is refused for which `keeper` has no witness."""
-    if keeper.missing is Reason.FAULT:
+def _refusal(proof: LivenessProof, stand: Occupancy) -> GateError:
+    """Return why a start is refused for which `proof` has no witness."""
+    if proof.missing is Reason.FAULT:
         return GateError(
             "gate certified: what shows the start to be live did not pass the gate's own check; "
             "this is a fault of loopgate: please report it with the system"
@@ -103,12 +103,12 @@ def _refusal(keeper: Keeper, stand: Occupancy) -> GateError:
     layout = stand.layout
     everyone = list(range(len(layout.path)))
     stuck = stuck_for_good(stand, everyone)
-    if not stuck and isinstance(keeper, FreeSlots):
+    if not stuck and isinstance(proof, FreeSlots):
         return UnsafeStartError(
             "gate certified: the start could not be shown to be live for everyone: no moves lead to a slot "
             "free in every place; start fewer robots, or ask for promise=somebody"
         )
-    if not stuck and isinstance(keeper, ChainRule):
+    if not stuck and isinstance(proof, ChainRule):
         away = [i for i, p in enumerate(stand.at) if not layout.home[i][p]]
         return UnsafeStartError(
             f"gate certified: the start could not be shown to be live: robots {layout.names(away)} "

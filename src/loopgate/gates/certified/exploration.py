@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.keepers import Keeper, overruled
+from loopgate.gates.certified.liveness_proof import LivenessProof, overruled
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import wait_after
 from loopgate.gates.certified.search import Budget, BudgetError
@@ -23,7 +23,7 @@ _Moves = dict[Configuration, list[tuple[int, Configuration]]]
 """The moves out of configurations: who moves, and to where."""
 
 
-class Exploration(Keeper):
+class Exploration(LivenessProof):
     """Admits a move iff every robot can go on for ever after it, by exploring the reachable configurations.
 
     A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
@@ -53,7 +53,7 @@ class Exploration(Keeper):
         self._plan: list[int] = []
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Return whether `configuration` is live; see `Keeper.begin`."""
+        """Return whether `configuration` is live; see `LivenessProof.begin`."""
         del stand
         self._here = None
         self._plan = []

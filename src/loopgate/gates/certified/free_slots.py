@@ -7,7 +7,7 @@ from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.keepers import Verdict, WitnessKeeper, overruled
+from loopgate.gates.certified.liveness_proof import Verdict, WitnessProof, overruled
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import wait_after
 from loopgate.gates.certified.search import Budget, BudgetError
@@ -15,7 +15,7 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
 
-class FreeSlots(WitnessKeeper):
+class FreeSlots(WitnessProof):
     """Admits a move iff it finds moves after which every place has a slot free.
 
     *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
@@ -51,7 +51,7 @@ class FreeSlots(WitnessKeeper):
         return all(s < 0 for s in layout.settles)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find moves to a slot free everywhere; see `Keeper.begin`."""
+        """Find moves to a slot free everywhere; see `LivenessProof.begin`."""
         self._forget()
         self.missing = Reason.BUDGET
         moves = self._search(stand, inf)

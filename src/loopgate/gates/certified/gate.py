@@ -7,7 +7,7 @@ from typing import Any
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.chain_rule import ChainRule
-from loopgate.gates.certified.choosing import choose_keeper
+from loopgate.gates.certified.choosing import choose_proof
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.search import Budget, BudgetError
@@ -74,9 +74,9 @@ class CertifiedGate:
         self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._keeper = choose_keeper(system, promise, self._budget)
-        self._layout = self._keeper.layout
-        steers = 0 if isinstance(self._keeper, ChainRule) else patience
+        self._proof = choose_proof(system, promise, self._budget)
+        self._layout = self._proof.layout
+        steers = 0 if isinstance(self._proof, ChainRule) else patience
         self._patience = Patience(len(system.robots), steers)
         self._configuration: Configuration | None = system.initial
         self._stand = Occupancy.of(self._layout, self._configuration)
@@ -102,12 +102,12 @@ class CertifiedGate:
     @property
     def promise(self) -> str:
         """``everyone`` or ``somebody``: the robots that can go on for ever."""
-        return "everyone" if self._keeper.for_everyone else "somebody"
+        return "everyone" if self._proof.for_everyone else "somebody"
 
     @property
     def by_chain_alone(self) -> bool:
         """Whether the chain rule decides every move, see `ChainRule.by_chain_alone`."""
-        return isinstance(self._keeper, ChainRule) and self._keeper.by_chain_alone
+        return isinstance(self._proof, ChainRule) and self._proof.by_chain_alone
 
     def use_clock(self, clock: Callable[[], float]) -> None:
         """Measure `budget_ms` with `clock`, which tells the time [s] from any origin."""
@@ -133,8 +133,8 @@ class CertifiedGate:
         s = path[there]
         if stand.count[s] >= layout.room[s]:
             return refusal(Reason.OCCUPIED, blockers=stand.occupants(s))
-        keeper = self._keeper
-        return keeper.at_once(stand, robot) or keeper.judge(self._here(), stand, robot)
+        proof = self._proof
+        return proof.at_once(stand, robot) or proof.judge(self._here(), stand, robot)
 
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
         """Return a certificate that the decision about `robot` is right; `check-certificate` checks it.
@@ -147,10 +147,10 @@ class CertifiedGate:
         silent = decision.reason in {Reason.BUDGET, Reason.FAULT, Reason.NEGOTIATION}
         if silent or not self._stand.enabled(robot):
             return None
-        shown = self._keeper.shown(self._stand, robot, decision)
+        shown = self._proof.shown(self._stand, robot, decision)
         return shown and {
             "positions": list(configuration.positions),
-            "queues": [self._keeper.ids(queue) for queue in configuration.queues],
+            "queues": [self._proof.ids(queue) for queue in configuration.queues],
             "robot": self._system.robots[robot].id,
             "verdict": "admitted" if decision.admitted else "refused",
             **shown,
@@ -174,10 +174,10 @@ class CertifiedGate:
         before = stand.at[robot]
         stand.step(robot)
         self._configuration = configuration
-        if not self._keeper.moved(robot, before):
+        if not self._proof.moved(robot, before):
             self._begin()
         if self._patience.moved(robot, for_good=stand.wanted(robot) < 0):
-            self._keeper.favour(self._here(), stand, self._patience.favoured)
+            self._proof.favour(self._here(), stand, self._patience.favoured)
 
     def _here(self) -> Configuration:
         """Return the configuration in which the robots stand, written out if need be. O(robots)."""
@@ -195,6 +195,6 @@ class CertifiedGate:
     def _begin(self) -> None:
         self._patience.forget()
         try:
-            self._keeper.begin(self._here(), self._stand)
+            self._proof.begin(self._here(), self._stand)
         except BudgetError:
             return

@@ -5,7 +5,7 @@ from typing import Any
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.banker import fixpoint
 from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
-from loopgate.gates.certified.keepers import Verdict, WitnessKeeper, overruled
+from loopgate.gates.certified.liveness_proof import Verdict, WitnessProof, overruled
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.search import Budget, BudgetError, Search
@@ -15,7 +15,7 @@ from loopgate.model import Configuration
 _REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
 
 
-class Homes(WitnessKeeper):
+class Homes(WitnessProof):
     """Admits a move iff every robot can still get home after it, and holds the moves that show it.
 
     Parameters
@@ -36,7 +36,7 @@ class Homes(WitnessKeeper):
         self._search = Search(layout, budget)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find moves that bring all home; see `Keeper.begin`."""
+        """Find moves that bring all home; see `LivenessProof.begin`."""
         self._forget()
         away = self._away(stand)
         there = stand.copy()

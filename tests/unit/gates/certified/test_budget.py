@@ -194,7 +194,7 @@ def test_a_rejected_witness_is_called_a_fault(
         FreeSlots: _one_narrow_place(),
     }[keeper]
     gate = CertifiedGate(system, promise="auto")
-    assert type(gate._keeper) is keeper
+    assert type(gate._proof) is keeper
     for method in ("brings_home", "brings_round", "leaves_room"):
         monkeypatch.setattr(Checker, method, lambda *_: False)
     decisions = [gate.decide(system.initial, i) for i in range(len(system.robots))]

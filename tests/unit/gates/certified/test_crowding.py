@@ -109,7 +109,7 @@ def test_wide_places_are_for_the_chain_rule_at_once() -> None:
         fifo=tuple(StateId(s) for s in "abcdef"),
     )
     gate = CertifiedGate(ring, budget=1)
-    assert isinstance(gate._keeper, ChainRule)
+    assert isinstance(gate._proof, ChainRule)
     assert gate.promise == "everyone"
 
 
@@ -121,7 +121,7 @@ def test_wide_places_left_in_any_order_need_no_search_either() -> None:
         capacity=dict.fromkeys("abcdef", 2),
     )
     gate = CertifiedGate(ring, budget=1)
-    assert isinstance(gate._keeper, FreeSlots)
+    assert isinstance(gate._proof, FreeSlots)
     assert gate.promise == "everyone"
     assert all(gate.decide(ring.initial, i).admitted for i in range(5))
 

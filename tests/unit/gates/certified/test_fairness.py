@@ -78,7 +78,7 @@ def test_a_favoured_robot_that_drives_from_home_to_home_leaves_a_witness_behind(
     """While it is favoured the witness speaks of its next move, which has to go when it is made."""
     robots = system({"f": "p1 p2 c", "g": "p3 c"})
     gate = CertifiedGate(robots)
-    keeper = gate._keeper
+    keeper = gate._proof
     assert isinstance(keeper, Homes)
     keeper.favour(robots.initial, gate._stand, 0)
     assert keeper.witness == [0]

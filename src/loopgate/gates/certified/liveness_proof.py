@@ -1,4 +1,4 @@
-"""Keepers: each holds the evidence that one promise is kept, and judges moves by it."""
+"""Liveness proofs: each holds the evidence for one promise, and decides moves by it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -24,8 +24,8 @@ def overruled(system: System, favoured: int) -> Decision:
     return refusal(Reason.NEGOTIATION, detail, "steering", (favoured,))
 
 
-class Keeper(ABC):
-    """Keeps one promise: it hears of every move, and judges the moves that capacity and order allow."""
+class LivenessProof(ABC):
+    """The evidence for one promise; it decides moves that capacity and order allow."""
 
     for_everyone = True
     """Whether everyone can go on for ever, or else somebody can always move."""
@@ -69,7 +69,7 @@ class Keeper(ABC):
         return [self.layout.system.robots[i].id for i in robots]
 
 
-class WitnessKeeper(Keeper):
+class WitnessProof(LivenessProof):
     """Holds moves that show that a promise is kept, and its findings about the next moves."""
 
     def __init__(self, layout: SystemIndex) -> None:
