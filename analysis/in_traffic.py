@@ -25,8 +25,8 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import TooManyVehiclesError
 from loopgate.results.columns import EVENT, LOOP_LENGTH, TIME, VEHICLE, Event
 from loopgate.results.recorder import read_events
-from loopgate.simulation.outcome import EVENTS, VEHICLES
 from loopgate.simulation.run import simulate
+from loopgate.simulation.run_folder import EVENTS, VEHICLES
 from loopgate.simulation.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parents[1]

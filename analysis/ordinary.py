@@ -20,7 +20,7 @@ import sumo
 
 from loopgate import RoadNetwork, Scenario, run
 from loopgate.cli.progress import show_progress
-from loopgate.simulation.outcome import SUMMARY
+from loopgate.simulation.run_folder import SUMMARY
 
 ROOT = Path(__file__).resolve().parent.parent
 NETWORK = "sumo:DRT"

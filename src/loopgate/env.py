@@ -20,8 +20,8 @@ from loopgate.errors import ScenarioError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.base import Request, View
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.outcome import Folder
 from loopgate.simulation.run import open_session
+from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
 

@@ -23,7 +23,7 @@ from loopgate.results import columns as run
 from loopgate.results.columns import Event
 from loopgate.results.csv_text import csv_of
 from loopgate.results.table_reading import read_table
-from loopgate.simulation.outcome import LAYOUT, SUMMARY
+from loopgate.simulation.run_folder import LAYOUT, SUMMARY
 
 LAYERS = ("streets", "loops", "places")
 """What is written of a run as GeoJSON."""

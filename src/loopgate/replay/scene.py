@@ -20,7 +20,7 @@ from loopgate.replay.streets import Box, draw_streets, flat, open_network
 from loopgate.replay.tracks import PER_M, Tracks, read_tracks
 from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 
 _SHOWN = (
     *(Event.START, Event.GRANT, Event.REFUSE, Event.HOLD, Event.GO, Event.ENTER, Event.LEAVE, Event.LAP),
@@ -129,16 +129,16 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     report
         Told how much is done, in percent.
     """
-    summary = read_object(folder / outcome.SUMMARY, "summary of a run", ResultsError)
+    summary = read_object(folder / run_folder.SUMMARY, "summary of a run", ResultsError)
     with refusing(folder, "run folder", ResultsError):
         needed = {name: summary[name] for name in ("network", "gate", "outcome", "vehicles", "duration_s")}
-    positions, fronts = folder / outcome.POSITIONS, folder / outcome.FRONTS
-    file = folder / outcome.LAYOUT
+    positions, fronts = folder / run_folder.POSITIONS, folder / run_folder.FRONTS
+    file = folder / run_folder.LAYOUT
     layout = read_layout(file) if file.is_file() else None
     if not positions.is_file() and (layout is None or not fronts.is_file()):
         msg = f"{folder}: no positions were recorded; run it again with them: {_again(summary, folder)}"
         raise ResultsError(msg)
-    scenario = read_toml(folder / outcome.SCENARIO, "scenario", ResultsError)
+    scenario = read_toml(folder / run_folder.SCENARIO, "scenario", ResultsError)
     with refusing(folder, "run folder", ResultsError):
         step_s = float(scenario["step_s"])
         rows = (
@@ -157,8 +157,8 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
         )
     ways = find_lines(layout) if layout else DrawnLines({}, {}, (), {}, ())
     report(72)
-    events = read_events(folder / outcome.EVENTS, _SHOWN)
-    with refusing(folder / outcome.EVENTS, "table of events", ResultsError):
+    events = read_events(folder / run_folder.EVENTS, _SHOWN)
+    with refusing(folder / run_folder.EVENTS, "table of events", ResultsError):
         happenings = find_happenings(events, tracks, layout, ways)
     report(85)
     network = open_network(scenario, folder)

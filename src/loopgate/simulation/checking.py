@@ -7,9 +7,9 @@ from loopgate.audit import audit_events, audit_positions, read_layout
 from loopgate.audit.layout import LoopLeg
 from loopgate.model import Robot, RobotId, StateId
 from loopgate.results.recorder import read_event_pieces
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
 _ALWAYS = ("places", "capacities", "progress", "entries")
@@ -32,9 +32,9 @@ def audit_run(
     abstraction = assembly.abstraction
     if abstraction is None:
         return [], {}
-    trace = folder / outcome.EVENTS
+    trace = folder / run_folder.EVENTS
     laps = {tally.vehicle: tally.laps for tally in tallies}
-    layout = read_layout(folder / outcome.LAYOUT)
+    layout = read_layout(folder / run_folder.LAYOUT)
     ways = {vehicle: layout.loops[body.loop].legs for vehicle, body in layout.vehicles.items()}
     joined = [
         Robot(
@@ -53,7 +53,7 @@ def audit_run(
     findings = [finding.text for finding in found]
     figures: dict[str, Any] = {"audited": list(_ALWAYS)}
     if scenario.positions:
-        seen = audit_positions(folder / outcome.POSITIONS, layout, read_event_pieces(trace))
+        seen = audit_positions(folder / run_folder.POSITIONS, layout, read_event_pieces(trace))
         findings += [finding.text for finding in seen.findings]
         figures = {"audited": [*_ALWAYS, "crossings", "bodies"], "positions": seen.figures}
     return findings, figures

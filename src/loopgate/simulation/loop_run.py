@@ -67,7 +67,7 @@ def drive(
     engine: Engine,
     traffic: Traffic,
     detector: DeadlockDetector,
-    mishaps: Mishaps,
+    collisions: CollisionLog,
     *,
     scenario: Scenario,
     tick: Tick,
@@ -78,7 +78,7 @@ def drive(
 
     Parameters
     ----------
-    engine, traffic, detector, mishaps
+    engine, traffic, detector, collisions
         Made for each other; the engine has not begun.
     scenario
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
@@ -87,7 +87,7 @@ def drive(
     over
         Whether nobody is left who drives, which ends the run.
     """
-    course, recorder = mishaps.course, mishaps.recorder
+    course, recorder = collisions.course, collisions.recorder
     began = perf_counter()
     try:
         engine.begin()
@@ -101,7 +101,7 @@ def drive(
         while traffic.now_s < end and not over():
             engine.step()
             now = traffic.now_s
-            mishaps.note()
+            collisions.note()
             for look in each_step:
                 look()
             if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
@@ -127,7 +127,7 @@ def drive(
     return course
 
 
-class Mishaps:
+class CollisionLog:
     """Counts and records SUMO's collisions and teleports, step by step.
 
     Of collisions in which none of its `own` vehicles has a part there is only a count; all are its own if not

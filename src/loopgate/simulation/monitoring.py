@@ -38,7 +38,7 @@ from loopgate.results.columns import (
 from loopgate.results.recorder import read_events
 from loopgate.results.row_columns import IF_EVEN, WORST_IF_EVEN
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.outcome import EVENTS, Folder, Tally
+from loopgate.simulation.run_folder import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
 STREETS = "streets.parquet"

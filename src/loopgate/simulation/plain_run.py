@@ -16,12 +16,12 @@ from loopgate.network.traffic_file import TrafficFile, check_flows, flows_in, re
 from loopgate.network.ungated import UngatedFleet
 from loopgate.results.columns import BEGINS, FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import read_vehicles
-from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, note_deadlock
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
-from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.positions import record_positions
+from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.disk_guard import DiskGuard
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
@@ -68,9 +68,9 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         raise ScenarioError(msg)
     began = perf_counter()
     said = sumo_options(scenario)
-    with writing(folder / outcome.SCENARIO):
-        scenario.write(folder / outcome.SCENARIO)
-    log = folder / outcome.SUMO_LOG
+    with writing(folder / run_folder.SCENARIO):
+        scenario.write(folder / run_folder.SCENARIO)
+    log = folder / run_folder.SUMO_LOG
     ordinary = read_traffic(scenario.traffic) if scenario.traffic else None
     _check_flows(scenario, ordinary)
     files, own = _own_files(scenario, folder, said, ordinary)
@@ -79,28 +79,28 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         *files,
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=True),
-        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
+        *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),
     ]
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
     rows: list[Row] = []
     with ExitStack() as stack:
         traffic = start_traffic(options, backend=backend, log=log, words=scenario.sumo)
         stack.callback(traffic.close)
-        recorder = Recorder(folder / outcome.EVENTS)
+        recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
         course = RunCourse(begin_s=traffic.now_s)
         mileage = Mileage(traffic, own)
         begins = traffic.now_s
         detector = DeadlockDetector(traffic, after_s=scenario.deadlock_after_s, own=own)
-        mishaps = Mishaps(traffic, recorder, course, own=own)
+        collisions = CollisionLog(traffic, recorder, course, own=own)
         try:
-            _drive(scenario, traffic, detector, mishaps, mileage, tick, rows, folder)
+            _drive(scenario, traffic, detector, collisions, mileage, tick, rows, folder)
             standing = {v: (detector.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
         except KeyboardInterrupt:
             course.outcome = "interrupted"
         course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
-    folder.write_table(flow_table(rows), outcome.FLOW)
+    folder.write_table(flow_table(rows), run_folder.FLOW)
     everybody = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
     found = [trip for trip in everybody if own is None or trip.vehicle in own]
     tallies = [_tally(trip, standing, mileage) for trip in found]
@@ -108,7 +108,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     end_s = begins + scenario.warmup_s + scenario.duration_s
     notes = (*said.notes, *(ordinary.absent(begins, end_s) if ordinary else ()))
-    summary = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
+    summary = run_folder.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
     summary |= monitoring_figures(None, None) | {BEGINS: round(begins, 3)}
     if own is not None:
         others = sum(trip.departed for trip in everybody if trip.vehicle not in own)
@@ -142,8 +142,8 @@ def _own_files(
     vehicles, _, file = read_vehicles(scenario, network)
     beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
     ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
-    write_ordinary(vehicles, folder / outcome.ORDINARY, known=type_names(beside), ungated=ungated)
-    own, routes = None, [str(folder / outcome.ORDINARY)]
+    write_ordinary(vehicles, folder / run_folder.ORDINARY, known=type_names(beside), ungated=ungated)
+    own, routes = None, [str(folder / run_folder.ORDINARY)]
     if ordinary:
         own = frozenset((*(v.id for v in vehicles), *(v.id for v in ungated.vehicles)))
         ordinary.check_names(own)
@@ -160,14 +160,14 @@ def _drive(
     scenario: Scenario,
     traffic: Traffic,
     detector: DeadlockDetector,
-    mishaps: Mishaps,
+    collisions: CollisionLog,
     mileage: Mileage,
     tick: Tick,
     rows: list[Row],
     folder: Folder,
 ) -> None:
-    guard = DiskGuard(folder / outcome.POSITIONS) if scenario.positions else None
-    recorder, course, own = mishaps.recorder, mishaps.course, mishaps.own
+    guard = DiskGuard(folder / run_folder.POSITIONS) if scenario.positions else None
+    recorder, course, own = collisions.recorder, collisions.course, collisions.own
     left = set(own or ())
 
     def step() -> None:
@@ -176,7 +176,7 @@ def _drive(
         course.sumo_s += perf_counter() - begin
         mileage.look()
         left.difference_update(traffic.arrived())
-        mishaps.note()
+        collisions.note()
         if guard is not None:
             guard.check()
 

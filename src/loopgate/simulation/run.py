@@ -22,7 +22,7 @@ from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
@@ -30,12 +30,12 @@ from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.fleet.parking import Parking
 from loopgate.simulation.fleet.spacing import Holding, SpeedAdvice
 from loopgate.simulation.fleet.stops import Stops
-from loopgate.simulation.loop_run import Mishaps, RunCourse, Tick, drive
-from loopgate.simulation.outcome import Folder
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, drive
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.rerouting import Rerouting
+from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
 from loopgate.simulation.sumo.disk_guard import DiskGuard
@@ -126,7 +126,7 @@ def _run(
     with (
         open_session(scenario, assembly, folder, backend=backend) as session,
         closing(
-            FrontRecorder(folder / outcome.FRONTS, session.traffic, session.engine, session.recorder)
+            FrontRecorder(folder / run_folder.FRONTS, session.traffic, session.engine, session.recorder)
         ) as fronts,
     ):
         prepared_s = perf_counter() - began
@@ -156,7 +156,7 @@ def _run(
             engine,
             traffic,
             detector,
-            Mishaps(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
+            CollisionLog(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
             tick=_after(flow.look, _watching(hunger, tick)),
             each_step=[*session.each_step, fronts.look],
@@ -168,10 +168,10 @@ def _run(
         engine.settle()
         tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
         if turns := session.turns:
-            layout = read_layout(folder / outcome.LAYOUT)
+            layout = read_layout(folder / run_folder.LAYOUT)
             drivers = [one for one in session.engine.drivers if one.id in turns and one.track.rounds]
             granted = {driver.id: driver.granted for driver in drivers}
-            write_layout(as_driven(layout, turns, granted), folder / outcome.LAYOUT)
+            write_layout(as_driven(layout, turns, granted), folder / run_folder.LAYOUT)
     summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
     if course.fault is not None:
@@ -251,27 +251,27 @@ def open_session(
     if beside is not None:
         check_flows(beside.flows, assembly.begin_s, end_s, beside.file)
     keeping = _keeping(scenario, assembly, negotiation)
-    with writing(folder / outcome.SCENARIO):
-        scenario.write(folder / outcome.SCENARIO)
+    with writing(folder / run_folder.SCENARIO):
+        scenario.write(folder / run_folder.SCENARIO)
     if assembly.abstraction is not None:
-        write_system(assembly.abstraction.system, folder / outcome.SYSTEM)
-    log = folder / outcome.SUMO_LOG
+        write_system(assembly.abstraction.system, folder / run_folder.SYSTEM)
+    log = folder / run_folder.SUMO_LOG
     options = [
         *said.arguments,
         *("--net-file", str(assembly.network.file)),
         *_input_options(scenario, assembly, folder, said, beside),
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
-        *(record_positions(folder / outcome.POSITIONS) if scenario.positions else ()),
+        *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),
     ]
-    guard = [DiskGuard(folder / outcome.POSITIONS).check] if scenario.positions else []
+    guard = [DiskGuard(folder / run_folder.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
-        write_layout(make_layout(assembly, scenario.step_s), folder / outcome.LAYOUT)
+        write_layout(make_layout(assembly, scenario.step_s), folder / run_folder.LAYOUT)
     with ExitStack() as stack:
         others = bool(scenario.traffic or assembly.others)
         traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
         stack.callback(traffic.close)
-        recorder = Recorder(folder / outcome.EVENTS)
+        recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
         fleet = None
         if keeping is not None:
@@ -388,7 +388,7 @@ def _input_options(
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     if assembly.others:
-        file = folder / outcome.ORDINARY
+        file = folder / run_folder.ORDINARY
         write_ordinary(assembly.ordinary, file, known=type_names(beside), ungated=assembly.ungated)
         if ordinary:
             ordinary.check_names(assembly.others)

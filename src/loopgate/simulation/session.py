@@ -11,7 +11,7 @@ from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
 from loopgate.results.columns import BEGINS, Event
 from loopgate.results.recorder import Recorder, read_events
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
@@ -19,10 +19,10 @@ from loopgate.simulation.containment import Containment
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import RunCourse
-from loopgate.simulation.mishaps import is_clean, mishaps
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
-from loopgate.simulation.outcome import Folder, Tally
 from loopgate.simulation.rerouting import Rerouting
+from loopgate.simulation.run_folder import Folder, Tally
+from loopgate.simulation.run_warnings import is_clean, warnings_of
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
@@ -147,16 +147,16 @@ def sum_up(
     if assembly.trips:
         tallies = _with_trips(assembly, session, tallies, folder, course)
         told.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
-    folder.write_table(flow_table(flow), outcome.FLOW)
+    folder.write_table(flow_table(flow), run_folder.FLOW)
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
-    folder.write_table(loop_table(ways), outcome.LOOPS)
+    folder.write_table(loop_table(ways), run_folder.LOOPS)
     summary = _summary(scenario, assembly, session, course, tallies, folder)
     summary |= {name: getattr(session.engine, name) for name in ("overruns", "trespasses", "strays")}
     summary["clean"] = is_clean(summary) if session.keeper else None
     of_lights = told.pop("warnings", [])
     if "at_lights" in told and scenario.abstraction == "segments":
         of_lights = [_ON_SEGMENTS]
-    summary["warnings"] = [*session.notes, *summary["warnings"], *mishaps(summary | told), *of_lights]
+    summary["warnings"] = [*session.notes, *summary["warnings"], *warnings_of(summary | told), *of_lights]
     if leaps := session.engine.leaps:
         vehicle, at_s, by_m = leaps[0]
         summary["warnings"].append(
@@ -165,7 +165,7 @@ def sum_up(
         )
     if standing := told.get("standing"):
         tracks = (*assembly.tracks, *(one.track for one in assembly.departures if one.track is not None))
-        events = read_events(folder / outcome.EVENTS, (Event.EDGE,))
+        events = read_events(folder / run_folder.EVENTS, (Event.EDGE,))
         period = {"begin_s": course.begin_s, "end_s": course.end_s}
         note_unwatched(standing["blocked"], tracks, events, **period)
     summary |= told
@@ -233,8 +233,8 @@ def _summary(
         findings, audited = audit_run(
             scenario, assembly, tallies, folder, session.departures.departed_s, session.turns
         )
-        waits = outcome.waits(folder, course)
-    figures = outcome.summary(
+        waits = run_folder.waits(folder, course)
+    figures = run_folder.summary(
         scenario,
         course,
         tallies,

@@ -6,7 +6,7 @@ import pytest
 from limits import no_file_beyond
 
 from loopgate.errors import ResultsError, ScenarioError
-from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.sumo.disk_guard import DiskGuard
 
 TALLY = Tally("v", "l", 100.0, 1, 100.0, 0.0, 0.0, 0.0)

@@ -23,7 +23,7 @@ from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.fleet.fleet import Fleet, Rules
-from loopgate.simulation.outcome import deadlock_figures, promise_figures
+from loopgate.simulation.run_folder import deadlock_figures, promise_figures
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
 from loopgate.simulation.watching.collisions import Collisions

@@ -27,12 +27,12 @@ from loopgate.results.columns import (
     Event,
 )
 from loopgate.results.recorder import Recorder, read_events
-from loopgate.simulation import outcome
+from loopgate.simulation import run_folder
 from loopgate.simulation.fcd.film import Film, FilmDetector
 from loopgate.simulation.fcd.frames import Frame, Seen, read_frames
 from loopgate.simulation.loop_run import RunCourse, note_deadlock
 from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
-from loopgate.simulation.outcome import Folder, Tally
+from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.flow import Row, flow_table
 
@@ -91,10 +91,10 @@ def write_fcd_run(
         began = perf_counter()
         film = Film(roads, step_s)
         course = RunCourse(begin_s=begin_s)
-        recorder = Recorder(folder / outcome.EVENTS)
+        recorder = Recorder(folder / run_folder.EVENTS)
         detector = FilmDetector(film, after_s=deadlock_after_s)
         played = _checked(chain(first, frames), file, roads, step_s)
-        positions = folder / outcome.POSITIONS
+        positions = folder / run_folder.POSITIONS
         try:
             with writing(positions), gzip.open(positions, "wt", 5) as table:
                 rows = _play(played, film, detector, recorder, course, table, tell)
@@ -105,8 +105,8 @@ def write_fcd_run(
         scenario = Scenario(
             network=network, gate="open", lights="keep", step_s=step_s, duration_s=course.end_s - begin_s
         )
-        with writing(folder / outcome.SCENARIO):
-            scenario.write(folder / outcome.SCENARIO)
+        with writing(folder / run_folder.SCENARIO):
+            scenario.write(folder / run_folder.SCENARIO)
         summary = _write_tables(folder, scenario, film, course, rows, roads)
         words = ["loopgate", "read-fcd", str(file), network, "-o", str(out)]
         summary |= {"command": shlex.join(words), "source": str(file)}
@@ -188,10 +188,10 @@ def _write_tables(
     folder: Folder, scenario: Scenario, film: Film, course: RunCourse, rows: list[Row], roads: RoadNetwork
 ) -> dict[str, Any]:
     period = {"begin_s": course.begin_s, "end_s": course.end_s, "since_s": course.begin_s}
-    folder.write_table(flow_table(rows), outcome.FLOW)
+    folder.write_table(flow_table(rows), run_folder.FLOW)
     tallies = [_tally(vehicle, film) for vehicle in sorted(film.courses)]
     folder.write_vehicles(tallies)
-    events = read_events(folder / outcome.EVENTS, (Event.EDGE,))
+    events = read_events(folder / run_folder.EVENTS, (Event.EDGE,))
     visited = [roads.edges[name] for name in sorted(set(events["place"])) if name in roads.edges]
     edges = folder.write_edges(
         [
@@ -208,7 +208,7 @@ def _write_tables(
     watched[SHAPE] = [shape_text(edge) for edge in records]
     watched = watched[list(STREET_COLUMNS)]
     folder.write_table(watched, STREETS)
-    figures = outcome.summary(scenario, course, tallies, loops=0, folder=folder, warnings=(_UNKNOWN,))
+    figures = run_folder.summary(scenario, course, tallies, loops=0, folder=folder, warnings=(_UNKNOWN,))
     figures |= monitoring_figures(edges, None) | {BEGINS: round(course.begin_s, 3)}
     return figures | {"watch": watch_figures(watched, bound_s=inf)}
 

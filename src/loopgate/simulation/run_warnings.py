@@ -1,4 +1,4 @@
-"""Mishaps of a run: whether the run is clean, and a warning for each kind of mishap."""
+"""Whether the run is clean, and a warning for each kind of finding."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -27,7 +27,7 @@ def _starved(sink: Mapping[str, Any], promise: str) -> str:
     return f"{stood}{behind}: {time}"
 
 
-def mishaps(summary: Mapping[str, Any]) -> list[str]:
+def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     """Return warnings about vehicles that broke a refusal, strayed or starved."""
     lines = []
     if summary["overruns"]:
