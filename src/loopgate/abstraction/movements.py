@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.courses import Course
 from loopgate.abstraction.places import Part
 from loopgate.abstraction.swept import BETWEEN_M, Touches
+from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
@@ -33,7 +33,7 @@ def reach_m(widths_m: Iterable[float]) -> float:
 Overlap = tuple[float, float]
 
 _UNKNOWN = -1
-"""The number of the movement by which a vehicle came, where its course does not reach back so far."""
+"""The number of the movement by which a vehicle came, where its path does not reach back so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,8 +136,8 @@ def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, 
     Then whether vehicles on the foe may touch a vehicle there that have come by the same movement.
     """
     t = touches
-    mine = under_way.rows(t.courses, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
-    theirs = under_way.rows(t.courses, t.other, t.other_at_m, t.other_length_m, t.other_touched_m)
+    mine = under_way.rows(t.paths, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
+    theirs = under_way.rows(t.paths, t.other, t.other_at_m, t.other_length_m, t.other_touched_m)
     met = mine.merge(theirs, on="touch")
     orders = (("x", "y"), ("y", "x"))
     columns = [[f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}", f"by_{b}"] for a, b in orders]
@@ -152,7 +152,7 @@ def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, 
 
 
 class _UnderWay:
-    """Which movements a vehicle is under way on, by its course and the position of its front."""
+    """Which movements a vehicle is under way on, by its path and the position of its front."""
 
     def __init__(
         self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, Part]
@@ -179,26 +179,26 @@ class _UnderWay:
             self._out_of.setdefault(movement.from_id, []).append(number)
 
     def rows(
-        self, courses: Sequence[Course], course: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
+        self, paths: Sequence[SweptPath], path: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
     ) -> pd.DataFrame:
         """Return for each touch the movements, where on them front and rear are [m], and by which it came.
 
-        `course`, `at_m`, `length_m`, `touched_m`: for each touch the course by number, position of the front
+        `path`, `at_m`, `length_m`, `touched_m`: for each touch the path by number, position of the front
         on its lane, length of the body, and where it is touched [m].
         """
-        order = np.argsort(course, kind="stable")
-        firsts = np.flatnonzero(np.diff(course[order], prepend=-1))
+        order = np.argsort(path, kind="stable")
+        firsts = np.flatnonzero(np.diff(path[order], prepend=-1))
         self._at, self._length, self._touched = at_m, length_m, touched_m
         parts = [
             (
                 np.full(len(here), movement),
                 here,
                 at_m[here] + add,
-                np.full(len(here), self._came_by(courses[course[touches[0]]], movement)),
+                np.full(len(here), self._came_by(paths[path[touches[0]]], movement)),
             )
             for touches in np.split(order, firsts[1:])
             if len(touches)
-            for movement, add, here in self._of(courses[course[touches[0]]], touches)
+            for movement, add, here in self._of(paths[path[touches[0]]], touches)
         ]
         movement, touch, at, by = (
             (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -208,20 +208,20 @@ class _UnderWay:
         rear = at - length_m[touch]
         return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": rear, "by": by})
 
-    def _came_by(self, course: Course, movement: int) -> int:
-        """Return the movement before the given one on a course, by number, or `_UNKNOWN`."""
-        lanes = (course.lane, *course.before)
+    def _came_by(self, path: SweptPath, movement: int) -> int:
+        """Return the movement before the given one on a path, by number, or `_UNKNOWN`."""
+        lanes = (path.lane, *path.before)
         if self._begins[movement] not in lanes[:-1]:
             return _UNKNOWN
         before = lanes[lanes.index(self._begins[movement]) + 1]
         return self._inside[before][0] if before in self._inside else _UNKNOWN
 
-    def _of(self, course: Course, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
+    def _of(self, path: SweptPath, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
         """Yield movements, what to add to positions, and those of the touches that are under way on them.
 
         A body can lie on several movements, one after the other: it is on that on which it is touched.
         """
-        lanes = (course.lane, *course.before)
+        lanes = (path.lane, *path.before)
         begin_m, above = 0.0, self._touched[rows] >= 0.0
         for number, lane in enumerate(lanes):
             if number:

@@ -48,7 +48,7 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
         How far those who turn off swing back over the lane that they leave, see `tails_over` [m].
     """
     touched: dict[str, list[tuple[float, float]]] = {lane: [] for lane in tails}
-    on_roads = np.array([not network.lanes[course.lane].internal for course in touches.courses], dtype=bool)
+    on_roads = np.array([not network.lanes[course.lane].internal for course in touches.paths], dtype=bool)
     sides = (
         (touches.one, touches.one_at_m, touches.one_length_m),
         (touches.other, touches.other_at_m, touches.other_length_m),
@@ -57,7 +57,7 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
         here = on_roads[course] & (at_m >= length_m - _BACK_M)
         rows = pd.DataFrame({"course": course[here], "at": at_m[here], "length": length_m[here]})
         for number, at, length in rows.drop_duplicates().itertuples(index=False):
-            touched.setdefault(touches.courses[number].lane, []).append((at, length))
+            touched.setdefault(touches.paths[number].lane, []).append((at, length))
     ends_m = {lane: network.lanes[lane].length_m - tails.get(lane, 0.0) for lane in touched}
     return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
 

@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.guides import Target, Turn, find_guides
 from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
 from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
@@ -19,6 +18,7 @@ from loopgate.abstraction.stretches import (
     least_change_m,
 )
 from loopgate.abstraction.swept import find_touches
+from loopgate.abstraction.swept_paths import swept_paths_of
 from loopgate.abstraction.tails import tails_over
 from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError
@@ -91,7 +91,7 @@ _KEPT: Cache[QueueLayout] = Cache(8)
 
 def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int]) -> QueueLayout:
     users = tuple(counts)
-    courses = courses_of(network, users)
+    courses = swept_paths_of(network, users)
     touches = find_touches(network, courses)
     plan = _Plan(network, counts, waiting_parts(network, touches, tails_over(network, courses)))
     loops = {loop.id: loop for loop, _ in users}

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from loopgate.abstraction.courses import Bodies, Course, Courses, drawn
 from loopgate.abstraction.rectangles import overlapping
+from loopgate.abstraction.swept_paths import Bodies, SweptPath, SweptPaths, drawn
 from loopgate.arrays import Flags, Floats, Ints
 from loopgate.network.road import RoadNetwork
 
@@ -42,13 +42,13 @@ right of way: SUMO works out where ways out of one lane part together with the r
 
 @dataclass(frozen=True)
 class Touches:
-    """All touches, in columns: courses by number, positions of fronts on their lanes and lengths [m].
+    """All touches, in columns: paths by number, positions of fronts on their lanes and lengths [m].
 
     Where a body is touched is a position on the lane of its front too, below 0 on the lanes before it. Each
     touch is listed once; bodies that merely follow one another are not.
     """
 
-    courses: tuple[Course, ...]
+    paths: tuple[SweptPath, ...]
     one: Ints
     other: Ints
     one_at_m: Floats
@@ -59,7 +59,7 @@ class Touches:
     other_touched_m: Floats
 
 
-def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
+def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
     """Find all pairs of fronts at which two bodies touch though neither follows the other.
 
     A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
@@ -68,23 +68,23 @@ def find_touches(network: RoadNetwork, courses: Courses) -> Touches:
     that follow each other closely along one way, or leave one lane one after the other. Where the network
     has heights, a bridge does not touch the road below.
 
-    O(n log n + k) for n bodies, one each metre of all courses, and k pairs of near ones.
+    O(n log n + k) for n bodies, one each metre of all paths, and k pairs of near ones.
     """
-    names = tuple(courses)
-    laid = [_lay(network, course, bodies) for course, bodies in courses.items()]
+    names = tuple(paths)
+    laid = [_lay(network, path, bodies) for path, bodies in paths.items()]
     counts = [len(rows.at_m) for rows in laid]
     body = _Rows(*(np.concatenate(columns) for columns in zip(*laid, strict=True))) if laid else None
     none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if body is None:
         return Touches(names, none, none, *[zero] * 6)
-    course = np.repeat(np.arange(len(names)), counts)
-    ways = _Ways(network, courses)
-    a, b = overlapping(np.column_stack(body[3:]), ways.lane[course], ways.edge[course])
-    keep = ~ways.follow(course[a], course[b], body, a, b)
+    path = np.repeat(np.arange(len(names)), counts)
+    ways = _Ways(network, paths)
+    a, b = overlapping(np.column_stack(body[3:]), ways.lane[path], ways.edge[path])
+    keep = ~ways.follow(path[a], path[b], body, a, b)
     a, b = a[keep], b[keep]
     at, length = body.at_m, body.length_m
     touched = _touched(body, a, b), _touched(body, b, a)
-    return Touches(names, course[a], course[b], at[a], at[b], length[a], length[b], *touched)
+    return Touches(names, path[a], path[b], at[a], at[b], length[a], length[b], *touched)
 
 
 def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
@@ -114,13 +114,13 @@ class _Rows(NamedTuple):
     z: Floats
 
 
-def _lay(network: RoadNetwork, course: Course, bodies: Bodies) -> _Rows:
-    """Return the bodies of a course, one for each front and each length."""
-    lane = network.lanes[course.lane]
-    xy, arc, height, begins = drawn(network, course)
+def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
+    """Return the bodies of a path, one for each front and each length."""
+    lane = network.lanes[path.lane]
+    xy, arc, height, begins = drawn(network, path)
     fronts = _fronts(lane.length_m)
     # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
-    whole = bool(course.before) and (lane.internal or network.lanes[course.before[0]].internal)
+    whole = bool(path.before) and (lane.internal or network.lanes[path.before[0]].internal)
     found = []
     for length, jointed in bodies.looked_at_m():
         at = fronts if whole else fronts[fronts >= length]
@@ -177,36 +177,36 @@ def _fronts(length_m: float) -> Floats:
 
 
 class _Ways:
-    """How courses hang together: which vehicles follow each other on them."""
+    """How paths hang together: which vehicles follow each other on them."""
 
-    def __init__(self, network: RoadNetwork, courses: Courses) -> None:
-        self._network, self._courses = network, tuple(courses)
-        self._length_m = {lane: network.lanes[lane].length_m for c in courses for lane in (c.lane, *c.before)}
+    def __init__(self, network: RoadNetwork, paths: SweptPaths) -> None:
+        self._network, self._paths = network, tuple(paths)
+        self._length_m = {lane: network.lanes[lane].length_m for c in paths for lane in (c.lane, *c.before)}
         lanes = {lane: number for number, lane in enumerate(self._length_m)}
         roads = {
             network.lanes[lane].edge: k for k, lane in enumerate(lanes) if not network.lanes[lane].internal
         }
-        self.lane = np.array([lanes[c.lane] for c in courses], dtype=np.int64)
-        self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in courses], dtype=np.int64)
+        self.lane = np.array([lanes[c.lane] for c in paths], dtype=np.int64)
+        self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in paths], dtype=np.int64)
         self._leads: dict[str, dict[str, float]] = {}
         """By lane: how far behind its beginning those lanes ahead begin to which everybody on it goes [m]."""
-        for course in courses:
+        for path in paths:
             ahead_m = 0.0
-            for lane in course.before:
+            for lane in path.before:
                 ahead_m += self._length_m[lane]
                 known = self._leads.setdefault(lane, {})
-                known[course.lane] = min(ahead_m, known.get(course.lane, ahead_m))
-        for lane, elsewhere in self._elsewhere(courses).items():
+                known[path.lane] = min(ahead_m, known.get(path.lane, ahead_m))
+        for lane, elsewhere in self._elsewhere(paths).items():
             for other in elsewhere:
                 del self._leads[lane][other]
 
-    def _elsewhere(self, courses: Courses) -> dict[str, set[str]]:
+    def _elsewhere(self, paths: SweptPaths) -> dict[str, set[str]]:
         """Return by lane the lanes ahead that some vehicles do not reach."""
         found: dict[str, set[str]] = {}
-        for course, bodies in courses.items():
-            passed = {course.lane, *course.before}
+        for path, bodies in paths.items():
+            passed = {path.lane, *path.before}
             ahead_m = 0.0
-            for lane in course.before:
+            for lane in path.before:
                 ahead_m += self._length_m[lane]
                 found.setdefault(lane, set()).update(
                     other
@@ -217,7 +217,7 @@ class _Ways:
 
     def follow(self, one: Ints, other: Ints, body: _Rows, a: Ints, b: Ints) -> Flags:
         """Return the pairs in which one body follows the other closely."""
-        count = len(self._courses)
+        count = len(self._paths)
         pairs, number = np.unique(one * count + other, return_inverse=True)
         known = [divmod(int(pair), count) for pair in pairs]
         follows = np.zeros(len(a), dtype=bool)
@@ -239,9 +239,9 @@ class _Ways:
     def _along(self, one: int, other: int) -> tuple[float, float, float]:
         """Return what to add to the positions of the fronts, and how long the first is on the common way.
 
-        For courses of which one leads onto the lane of the other.
+        For paths of which one leads onto the lane of the other.
         """
-        mine, theirs = self._courses[one], self._courses[other]
+        mine, theirs = self._paths[one], self._paths[other]
         for metres, lane in self._behind(mine):
             if lane == theirs.lane:
                 return metres, 0.0, math.inf
@@ -259,9 +259,9 @@ class _Ways:
     def _split(self, one: int, other: int) -> tuple[float, float, float]:
         """Return what to add to the positions of the fronts, and up to where rears have just left one lane.
 
-        For courses that come from one lane. SUMO lets nobody pass another that has hardly left it.
+        For paths that come from one lane. SUMO lets nobody pass another that has hardly left it.
         """
-        mine, theirs = self._courses[one], self._courses[other]
+        mine, theirs = self._paths[one], self._paths[other]
         behind = {lane: metres for metres, lane in self._behind(mine)}
         common = [(behind[c], metres, c) for metres, c in self._behind(theirs) if c in behind]
         if not common:
@@ -272,28 +272,28 @@ class _Ways:
             kept_m = 0.0
         return mine_m, theirs_m, self._length_m[lane] + kept_m
 
-    def _inside_m(self, course: Course, lane: str) -> float:
-        """Return how far a course leads through the junction behind a lane; infinite if it ends there [m]."""
-        lanes = list(reversed((course.lane, *course.before)))
+    def _inside_m(self, path: SweptPath, lane: str) -> float:
+        """Return how far a path leads through the junction behind a lane; infinite if it ends there [m]."""
+        lanes = list(reversed((path.lane, *path.before)))
         lanes = lanes[lanes.index(lane) + 1 :]
         for number, name in enumerate(lanes):
             if not name.startswith(":"):
                 return sum(self._length_m[inside] for inside in lanes[:number])
         return math.inf
 
-    def _common_m(self, course: Course, ahead: Mapping[str, float]) -> float:
+    def _common_m(self, path: SweptPath, ahead: Mapping[str, float]) -> float:
         """Return how much of the lanes behind the front's own lies ahead of another lane too [m]."""
         metres = 0.0
-        for lane in course.before:
+        for lane in path.before:
             if lane not in ahead:
                 break
             metres += self._length_m[lane]
         return metres
 
-    def _behind(self, course: Course) -> Iterator[tuple[float, str]]:
-        """Yield the lanes of a course with how far behind the beginning of its own each begins [m]."""
-        yield 0.0, course.lane
+    def _behind(self, path: SweptPath) -> Iterator[tuple[float, str]]:
+        """Yield the lanes of a path with how far behind the beginning of its own each begins [m]."""
+        yield 0.0, path.lane
         metres = 0.0
-        for lane in course.before:
+        for lane in path.before:
             metres += self._length_m[lane]
             yield metres, lane

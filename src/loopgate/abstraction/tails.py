@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from loopgate.abstraction.courses import Course, Courses, drawn
+from loopgate.abstraction.swept_paths import SweptPath, SweptPaths, drawn
 from loopgate.arrays import Floats
 from loopgate.network.road import RoadNetwork
 
@@ -25,24 +25,24 @@ _LEAST_M = 0.1
 """Stop lines are this far before the end of a lane anyway [m]."""
 
 
-def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
+def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
     """Return, by lane, the greatest distance before its end of a corner of a vehicle whose rear left it [m].
 
     Whoever is to stop at the end of a lane keeps no gap in SUMO to those who are past it. So where ways
     turn sharply, stop lines have to be farther back. Lanes are left out that the usual line is good for.
     """
     found: dict[str, float] = {}
-    for course, bodies in courses.items():
-        inside = network.lanes[course.lane].internal
-        if not (course.before and (inside or _turns_round(network, course))):
+    for path, bodies in paths.items():
+        inside = network.lanes[path.lane].internal
+        if not (path.before and (inside or _turns_round(network, path))):
             continue
         behind_m = _BEHIND_M if inside else _TURNED_BEHIND_M
-        xy, arc, _, begins = drawn(network, course)
-        last_m = network.lanes[course.lane].length_m
+        xy, arc, _, begins = drawn(network, path)
+        last_m = network.lanes[path.lane].length_m
         half_m = bodies.width_m / 2
         stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
         # Of a lane that comes twice, the nearer one.
-        lanes = dict(reversed([*zip((course.lane, *course.before), begins, strict=True)]))
+        lanes = dict(reversed([*zip((path.lane, *path.before), begins, strict=True)]))
         for lane, begin_m in lanes.items():
             if network.lanes[lane].internal:
                 continue
@@ -56,13 +56,13 @@ def tails_over(network: RoadNetwork, courses: Courses) -> Mapping[str, float]:
     return found
 
 
-def _turns_round(network: RoadNetwork, course: Course) -> bool:
+def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
     """Return whether the lane leads back beside the one that it is reached from, over a junction alone."""
-    lanes = [network.lanes[name] for name in course.before]
+    lanes = [network.lanes[name] for name in path.before]
     roads = [lane for lane in lanes if not lane.internal]
     if not (lanes[0].internal and roads):
         return False
-    (ax, ay), (bx, by) = network.lanes[course.lane].shape[:2]
+    (ax, ay), (bx, by) = network.lanes[path.lane].shape[:2]
     (cx, cy), (dx, dy) = roads[0].shape[-2:]
     along = (bx - ax) * (dx - cx) + (by - ay) * (dy - cy)
     return along < _BACK * math.hypot(bx - ax, by - ay) * math.hypot(dx - cx, dy - cy)

@@ -13,12 +13,12 @@ from loopgate.network.additional import FLEET, demand_beside
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
 from loopgate.network.departures import Flow, depart_s, read_flow
+from loopgate.network.distributions import parts, refuse_nothing, share_of
 from loopgate.network.lanes import make_loop
 from loopgate.network.left_out import left_out, wayless
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import RouteChoices
-from loopgate.network.spreads import parts, refuse_nothing, share_of
 from loopgate.network.stops import (
     Stop,
     StoppingPlace,

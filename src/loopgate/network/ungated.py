@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.network.additional import FLEET
 from loopgate.network.clock import seconds
-from loopgate.network.spreads import routes_named
+from loopgate.network.distributions import routes_named
 from loopgate.network.stops import REFUSED
 from loopgate.reading import counted, listed, shown
 

@@ -9,8 +9,8 @@ from pathlib import Path
 from random import Random
 
 from loopgate.network.departures import Flow
+from loopgate.network.distributions import draw
 from loopgate.network.loop import Loop
-from loopgate.network.spreads import draw
 from loopgate.network.stops import Stop
 from loopgate.network.ungated import UngatedFleet
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.abstraction.courses import courses_of
 from loopgate.abstraction.places import Part, waiting_parts
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.swept import Touches, find_touches
+from loopgate.abstraction.swept_paths import swept_paths_of
 from loopgate.abstraction.tails import tails_over
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.records import Junction
@@ -79,7 +79,7 @@ def network(
 
 def touches(net: RoadNetwork, *loops: list[str], kind: VehicleType = DEFAULT_TYPE) -> Touches:
     """Return the touches of vehicles on loops."""
-    return find_touches(net, courses_of(net, users(net, *loops, kind=kind)))
+    return find_touches(net, swept_paths_of(net, users(net, *loops, kind=kind)))
 
 
 def users(
@@ -100,7 +100,7 @@ def fronts_by_lanes(found: Touches) -> dict[tuple[str, str], list[float]]:
     orders = (found.one, found.other, found.one_at_m), (found.other, found.one, found.other_at_m)
     for first, second, fronts in orders:
         for a, b, at in zip(first.tolist(), second.tolist(), fronts.tolist(), strict=True):
-            by_lanes.setdefault((found.courses[a].lane, found.courses[b].lane), []).append(at)
+            by_lanes.setdefault((found.paths[a].lane, found.paths[b].lane), []).append(at)
     return by_lanes
 
 
@@ -220,7 +220,7 @@ def test_what_is_jointed_bends_at_the_corner_where_what_is_stiff_cuts_it() -> No
     met = {}
     for kind in (STIFF, TRAILER):
         users_of_it = [(round_corner, kind), (on_the_other, DEFAULT_TYPE)]
-        found = find_touches(net, courses_of(net, users_of_it))
+        found = find_touches(net, swept_paths_of(net, users_of_it))
         met[kind.id] = frozenset(("n_0", "i_0")) in lanes_of(found)
     assert met == {"stiff": True, "trailer": False}
 
@@ -373,7 +373,7 @@ def test_who_waits_keeps_clear_of_who_turns_round() -> None:
         (":home", ((-100.0, 2.6), (-101.0, 2.3), (-101.3, 1.3), (-101.0, 0.3), (-100.0, 0.0))),
     ]
     net = network([there])
-    courses = courses_of(net, users(net, ["w", "b"]))
+    courses = swept_paths_of(net, users(net, ["w", "b"]))
     swing = tails_over(net, courses)
     assert swing["w_0"] > 0.5
     without = {course: bodies for course, bodies in courses.items() if net.lanes[course.lane].internal}

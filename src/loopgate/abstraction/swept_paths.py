@@ -14,11 +14,11 @@ _LOOK_BACK_M = 30.0
 """How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
 
 _MOST_LENGTHS = 4
-"""So many lengths of vehicles are looked at on a course."""
+"""So many lengths of vehicles are looked at on a path."""
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class SweptPath:
     """Fronts on one lane, with the lanes behind them on which the bodies lie."""
 
     lane: str
@@ -30,7 +30,7 @@ class Course:
 
 @dataclass(slots=True)
 class Bodies:
-    """Lengths of the vehicles on a course, each with whether they are jointed; width of the widest [m].
+    """Lengths of the vehicles on a path, each with whether they are jointed; width of the widest [m].
 
     And whether some arrive on its lane, and go no further.
     """
@@ -46,31 +46,31 @@ class Bodies:
         return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
 
 
-Courses = dict[Course, Bodies]
+SweptPaths = dict[SweptPath, Bodies]
 
 
-def courses_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> Courses:
-    """Return all courses of vehicles on loops. O(spans)."""
-    found: Courses = {}
+def swept_paths_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> SweptPaths:
+    """Return all paths of vehicles on loops. O(spans)."""
+    found: SweptPaths = {}
     for loop, kinds in _kinds(users):
         lengths = {(kind.length_m, kind.jointed) for kind in kinds}
         width = max(kind.width_m for kind in kinds)
-        for course in _along(network, loop, max(lengths)[0]):
-            bodies = found.setdefault(course, Bodies(set(), width))
+        for path in _along(network, loop, max(lengths)[0]):
+            bodies = found.setdefault(path, Bodies(set(), width))
             bodies.lengths_m |= lengths
             bodies.width_m = max(bodies.width_m, width)
         bodies.arrive |= not loop.closed
     return found
 
 
-def drawn(network: RoadNetwork, course: Course) -> tuple[Floats, Floats, Floats, list[float]]:
-    """Return the lanes of a course as one line, in the direction of driving.
+def drawn(network: RoadNetwork, path: SweptPath) -> tuple[Floats, Floats, Floats, list[float]]:
+    """Return the lanes of a path as one line, in the direction of driving.
 
     Its points, shape (n, 2), their positions on the front's lane, below 0 on the lanes before it, their
     heights, and where the lanes begin, the front's first [m].
     """
     points, arcs, heights, begins = [], [], [], [0.0]
-    for number, name in enumerate((course.lane, *course.before)):
+    for number, name in enumerate((path.lane, *path.before)):
         lane = network.lanes[name]
         if number:
             begins.append(begins[-1] - lane.length_m)
@@ -90,7 +90,7 @@ def _kinds(users: Sequence[tuple[Loop, VehicleType]]) -> Iterator[tuple[Loop, li
         yield loop, list(kinds[name])
 
 
-def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]:
+def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[SweptPath]:
     lanes: list[tuple[str, bool]] = []  # lane, and whether vehicles change to it
     for span in loop.spans:
         if not span.internal and span.lane_in != span.lane:
@@ -110,4 +110,4 @@ def _along(network: RoadNetwork, loop: Loop, reach_m: float) -> Iterator[Course]
             if here_changed:
                 break
             back -= 1
-        yield Course(lane, tuple(before))
+        yield SweptPath(lane, tuple(before))
