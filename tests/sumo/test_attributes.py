@@ -74,13 +74,25 @@ class Row(NamedTuple):
 def _rows() -> list[Row]:
     page = (ROOT / "docs" / "attributes.md").read_text(encoding="utf-8")
     cells = [line.split("|")[1:4] for line in page.splitlines() if line.startswith("| `<")]
-    return [
+    rows = [
         Row(element.strip(" `<>"), tuple(re.findall(r"`(\w+)`", names)), what.strip())
         for element, names, what in cells
     ]
+    return [
+        row._replace(attributes=_others(row.element, rows))
+        if names.strip() in ("every attribute", _OTHERS)
+        else row
+        for row, (_, names, _) in zip(rows, cells, strict=True)
+    ]
 
 
-ROWS = _rows()
+_OTHERS = "every other attribute"
+
+
+def _others(element: str, rows: list[Row]) -> tuple[str, ...]:
+    """Return the attributes of an element that no row names."""
+    named = {name for row in rows if row.element == element for name in row.attributes}
+    return tuple(sorted(_schema(TYPES[f"{element}Type"]) - named))
 
 
 def _schema(kind: ET.Element) -> set[str]:
@@ -89,6 +101,9 @@ def _schema(kind: ET.Element) -> set[str]:
     for base in kind.iter(f"{XSD}extension"):
         found |= _schema(TYPES[base.get("base", "")]) if base.get("base") in TYPES else set()
     return found
+
+
+ROWS = _rows()
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
