@@ -62,15 +62,16 @@ def test_a_grant_says_until_when_by_the_clock_of_the_vehicle() -> None:
 
 
 def test_an_ask_waits_for_the_end_of_a_lease_and_is_looked_at_again() -> None:
-    """When the vehicle says that it goes, gives back, or is silent for too long."""
+    """When the vehicle gives back, or is silent for too long; if it goes, who waits sees that."""
     other = Ask(8, 2, 1, 4, 9, (0, 2), 10.0)
     keeper, post, _ = receive(Keeper(ACROSS, 2.0), Post(7, 2), Ask(7, 1, 1, 3, 9, (0, 1), 10.0), 10.0)
     keeper, _, out = receive(keeper, Post(8, 2), other, 10.5)
     assert out == []
-    for ends in (Goes(7, 1, 1), Left(7, 1, 1)):
+    for ends, again in ((Goes(7, 1, 1), False), (Left(7, 1, 1), True)):
         after, _, out = receive(keeper, post, ends, 11.0)
         assert after.leases == ()
-        assert other in out
+        assert (other in out) is again
+        assert not any(one.held for one in after.claims)
     _, _, out = receive(keeper, Post(8, 2), other, 12.6)
     assert isinstance(out[0], Grant)
 

@@ -135,18 +135,30 @@ class Air(Generic[M]):
 
     def send(self, now_s: float, message: M, stretches_m: Sequence[float]) -> None:
         """Send a message over one stretch after the other; it comes, if it is heard at the end of each."""
+        self.send_together(now_s, [(message, stretches_m)])
+
+    def send_together(self, now_s: float, messages: Sequence[tuple[M, Sequence[float]]]) -> None:
+        """Send messages in one transmission, to ends that are joined by wire: what one hears, all know."""
+        comes_s = [self._comes_s(now_s, stretches_m) for _, stretches_m in messages]
+        heard_s = [at_s for at_s in comes_s if at_s is not None]
+        if heard_s:
+            for (message, _), at_s in zip(messages, comes_s, strict=True):
+                self.wake(min(heard_s) if at_s is None else at_s, message)
+
+    def _comes_s(self, now_s: float, stretches_m: Sequence[float]) -> float | None:
+        """Return when a transmission over these stretches comes, if it is heard at the end of each [s]."""
         said, rng, at_s = self.settings, self._rng, now_s
         for far_m in stretches_m:
             self.transmissions += 1
             if far_m > said.range_m:
                 self.beyond += 1
-                return
+                return None
             if said.loss and rng.random() < said.loss:
                 self.lost += 1
-                return
+                return None
             self.longest_m = max(self.longest_m, far_m)
             at_s += said.delay_s * rng.uniform(0.5, 1.5)
-        self.wake(at_s, message)
+        return at_s
 
     def wake(self, at_s: float, message: M) -> None:
         """Let something come at a time, without the air."""

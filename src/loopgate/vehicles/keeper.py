@@ -155,7 +155,7 @@ def lapse(keeper: Keeper, ends: Callable[[Lease], bool]) -> Keeper:
 def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[Ask]]:
     """Return the keeper without leases and claims that a message, or time, ends; and asks that held for that.
 
-    The oldest of these comes first.
+    The oldest of these comes first. Who waited for a vehicle that goes now sees that, and asks again after it.
     """
     vehicle, number = -1, -1
     if isinstance(message, Goes | Moved | Left | Here):
@@ -175,9 +175,11 @@ def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[
         return keeper, []
     left = lapse(keeper, ends)
     claims = tuple(one for one in keeper.claims if not is_old(one))
-    again = [] if left.leases == keeper.leases else [one.ask for one in claims if one.held]
-    if again:
+    held = [] if left.leases == keeper.leases else [one for one in claims if one.held]
+    if held:
         claims = tuple(replace(one, held=False) for one in claims)
+    goes = [one.way for one in keeper.leases if isinstance(message, Goes) and ends(one)]
+    again = [one.ask for one in held if not any((one.way, way) in keeper.conflicts for way in goes)]
     return replace(left, claims=claims), sorted(again, key=lambda ask: ask.stamp)
 
 

@@ -166,7 +166,7 @@ def _asked(post: Post, ask: Ask) -> Answer:
     if not post.known:
         if post.waiting is None:
             return replace(post, waiting=ask), out
-        if post.waiting != ask:
+        if (post.waiting.vehicle, post.waiting.number) != (vehicle, ask.number):
             out = [*out, Refuse(vehicle, ask.number, post.place, Why.BUSY)]
         return post, [*out, *inquire(post)]
     after, more = _decided(post, ask)

@@ -189,10 +189,13 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
 
 
 def rear_out(vehicle: Vehicle) -> Answer:
-    """Return the vehicle after its rear has left the first of the places that it is still in."""
+    """Return the vehicle after its rear has left the first of the places that it is still in.
+
+    It says again where it is, in the same transmission: to have gone may not have been heard.
+    """
     place, number = vehicle.rears[0]
     after = replace(vehicle, rears=vehicle.rears[1:], untold=_also(vehicle, place, number))
-    return after, [Left(place, vehicle.id, number)]
+    return after, [Left(place, vehicle.id, number), Goes(vehicle.place, vehicle.id, vehicle.inside)]
 
 
 def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:

@@ -319,11 +319,19 @@ class DecisionsByMessages:
             self._out_of_patience(event)
         elif isinstance(event, _Again):
             if event.number in self._open and self._asked_s.get(event.number) == event.asked_s:
-                self._ask(event.number)
+                self._ask_again(event.number)
         elif isinstance(event, _Mind):
             self._comes_to_mind(event)
         else:
             self._comes_to_vehicle(event)
+
+    def _ask_again(self, number: int) -> None:
+        """Let a vehicle without an answer ask again, if it still sees its crossing free."""
+        if self._used and not self._motor.free_way(number):
+            self._open.pop(number)
+            self._ready.pop(number, None)
+        else:
+            self._ask(number)
 
     def _comes_to_post(self, message: ToPost) -> None:
         before, keeper = self.posts[message.place], self._keeper[message.place]
@@ -360,18 +368,20 @@ class DecisionsByMessages:
         elif isinstance(message, Refuse) and answer.refused:
             self._refused(number, message)
         elif answer.holds:
-            self._asked_s.pop(number, None)
-            self._open.pop(number, None)
+            self._answered(number)
             if number in self._ready:
                 self._use(number)
             else:
                 self._held[number] = None
         self._say_as(number, answer.say)
 
-    def _refused(self, number: int, refusal: Refuse) -> None:
-        why = refusal.why
+    def _answered(self, number: int) -> None:
         self._asked_s.pop(number, None)
         self._open.pop(number, None)
+
+    def _refused(self, number: int, refusal: Refuse) -> None:
+        why = refusal.why
+        self._answered(number)
         self.refused[why.value] += 1
         if why is not Why.CROSSING and self._pending[number] and not self._motor.would_close(number):
             self.otherwise[why.value] += 1

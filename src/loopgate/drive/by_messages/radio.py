@@ -72,16 +72,27 @@ class Radio(Generic[E]):
         return True
 
     def say_as(self, number: int, out: Sequence[Message], now_s: float) -> None:
-        """Send what a vehicle says: `Goes` and `Moved` are one transmission."""
-        both = len(out) > 1 and isinstance(out[0], Goes)
+        """Send what a vehicle says; what it tells both posts at a crossing is one transmission.
+
+        These hear it apart, and the wire of the crossing joins them: what one hears, both know.
+        """
+        together: list[list[Message]] = []
         for message in out:
-            place = cast("ToPost", message).place
-            stretches_m = [self.where.to_m(number, place)]
-            if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
-                stretches_m = self.where.back_to_m(number, place)
-            self._count(message, len(stretches_m), again=both and isinstance(message, Moved))
-            if not self._is_cut(now_s, number, place):
-                self.air.send(now_s, message, stretches_m)
+            if together and _is_of_one(together[-1][-1], message):
+                together[-1].append(message)
+            else:
+                together.append([message])
+        for one in together:
+            comes = []
+            for at, message in enumerate(one):
+                place = cast("ToPost", message).place
+                stretches_m = [self.where.to_m(number, place)]
+                if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
+                    stretches_m = self.where.back_to_m(number, place)
+                self._count(message, len(stretches_m), again=at > 0)
+                if not self._is_cut(now_s, number, place):
+                    comes.append((message, stretches_m))
+            self.air.send_together(now_s, comes)
 
     def say_from(self, place: int, message: Message, now_s: float) -> None:
         """Send what a post says."""
@@ -131,3 +142,10 @@ class Radio(Generic[E]):
             "cut_off": self.cut_off,
             "longest_m": round(self.air.longest_m, 1),
         }
+
+
+def _is_of_one(before: Message, message: Message) -> bool:
+    """Return whether two messages are halves of one transmission."""
+    if isinstance(message, Moved):
+        return isinstance(before, Goes)
+    return isinstance(message, Goes) and isinstance(before, Left)
