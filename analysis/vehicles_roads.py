@@ -54,15 +54,20 @@ COSTS = (
 
 
 HOUR = ("central", "vehicles", "vehicles:loss=0.1")
+FLEETS = {"grid140": 140, "grid300": 300, "drt300": 0}
 
 
 def cases(
-    parts: list[str], seeds: range, duration_s: float, decides: Sequence[str] = HOUR
+    parts: list[str],
+    seeds: range,
+    duration_s: float,
+    decides: Sequence[str] = HOUR,
+    fleets: Sequence[str] = tuple(FLEETS),
 ) -> Iterator[tuple[str, Scenario]]:
     """Yield what is run, ``central`` first of each."""
     for seed in seeds:
         if "hour" in parts:
-            for start in (_grid(140), _grid(300), DISTRICT):
+            for start in (_grid(FLEETS[name]) if FLEETS[name] else DISTRICT for name in fleets):
                 for decide in decides:
                     yield (
                         "hour",
@@ -111,7 +116,10 @@ def large_grid() -> Path:
 
 def row(part: str, scenario: Scenario, central_km: float) -> dict[str, Any]:
     """Run a scenario; return its figures."""
-    summary = simulate(scenario, OUT / f"run-{part}", overwrite=True)
+    folder = (
+        f"run-{part}-{Path(scenario.network).name.partition('.')[0].replace(':', '-')}-{scenario.vehicles}"
+    )
+    summary = simulate(scenario, OUT / folder, overwrite=True)
     found = summary.get("by_messages") or {}
     kinds = found.get("by_kind", {})
     return {
@@ -152,18 +160,19 @@ def main() -> None:
     )
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=5, help="how many")
+    parser.add_argument("--fleets", nargs="+", choices=FLEETS, default=list(FLEETS), help="of the hours")
     parser.add_argument("--decide", nargs="+", default=list(HOUR), help="of the hours; central first")
     parser.add_argument("--duration", type=float, default=0.0, help="instead of each part's own [s]")
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
     wrong, central_km = 0, 0.0
-    name = f"{'-'.join(options.part)}-{options.first_seed}.csv"
+    name = f"{'-'.join(options.part)}-{options.first_seed}-{'-'.join(options.fleets)}.csv"
     with (OUT / name).open("w", newline="", encoding="utf-8") as file:
         table = csv.DictWriter(file, COLUMNS)
         table.writeheader()
         print(" ".join(COLUMNS))
         seeds = range(options.first_seed, options.first_seed + options.seeds)
-        for part, scenario in cases(options.part, seeds, options.duration, options.decide):
+        for part, scenario in cases(options.part, seeds, options.duration, options.decide, options.fleets):
             one = row(part, scenario, 0.0 if scenario.decide == "central" else central_km)
             if scenario.decide == "central":
                 central_km = one["km"]
