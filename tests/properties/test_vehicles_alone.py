@@ -16,6 +16,7 @@ from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.messages import (
     Ask,
     Clear,
+    Goes,
     Grant,
     Here,
     Left,
@@ -117,7 +118,7 @@ def _forgetful(post: Post, message: ToPost) -> posts.Answer:
 
 FAULTS = [
     (_without_probe, 1),
-    (_kept_is_free, 1700),
+    (_kept_is_free, 3500),
     (_any_answer, 700),
     (_two_at_a_time, 1),
     (_forgetful, 30),
@@ -194,6 +195,16 @@ def test_a_probe_that_comes_back_hands_the_slot_to_the_head_that_wants_it() -> N
     assert out == [Grant(0, 1, 1)]
 
 
+def test_an_ask_that_waits_and_is_said_again_is_not_refused() -> None:
+    """It asks once more what has become of the grant before it."""
+    post, _ = posts.receive(Post(5, 4), Ask(5, 1, 1, here=4, then=6, stamp=(0, 1)))
+    post, out = posts.receive(post, Ask(5, 2, 1, here=4, then=6, stamp=(0, 2), sent_s=1.0))
+    assert out == []
+    post, out = posts.receive(post, Ask(5, 2, 1, here=4, then=6, stamp=(0, 2), sent_s=1.3))
+    assert out == [Grant(1, 1, 5)]
+    assert posts.receive(post, Goes(5, 1, 1))[1] == [Grant(2, 1, 5)]
+
+
 def test_words_that_come_late_change_nothing() -> None:
     """A vehicle was here and is gone; what it asked before, and that it moved on, come after that."""
     post, _ = posts.receive(Post(5, 2), Ask(5, 1, 1, here=4, then=6, stamp=(0, 1)))
@@ -209,5 +220,5 @@ def test_a_grant_given_back_does_not_free_the_slot_of_a_rear_still_there() -> No
     car, out = cars.give_back(car, Grant(1, 2, 3))
     assert out == []
     car, out = cars.rear_out(car)
-    assert out == [Left(3, 1, 2)]
+    assert out == [Left(3, 1, 2), Goes(7, 1, 1)]
     assert walk_through(1816, loss=0.1)["overfull"] == 0

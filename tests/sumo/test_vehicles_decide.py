@@ -107,14 +107,16 @@ def test_a_vehicle_decides_from_what_it_knows(decides: Any) -> None:  # noqa: AN
 def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """No negotiation is asked; two whose ways cross never have leases at a time; somebody is refused."""
+    """No negotiation is asked; two whose ways cross never have leases at a time; somebody has to wait."""
     seen: list[bool] = []
+    held: list[bool] = []
     right = keepers.receive
 
     def looked_at(*given: Any) -> keepers.Answer:  # noqa: ANN401  as there
         keeper, post, out = right(*given)
         pairs = [(a.way, b.way) for a in keeper.leases for b in keeper.leases]
         seen.append(any(pair in keeper.conflicts for pair in pairs))
+        held.append(any(one.held for one in keeper.claims))
         return keeper, post, out
 
     def asked(*given: Any) -> None:  # noqa: ANN401  whatever is asked
@@ -124,7 +126,7 @@ def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
     monkeypatch.setattr(Gatekeeper, "_in_order", asked)
     summary = simulate(dataclasses.replace(CROWD, vehicles=300, duration_s=40.0))
     assert (summary["outcome"], summary["clean"]) == ("done", True)
-    assert summary["by_messages"]["refused"]["crossing"] > 0
+    assert any(held)
     assert len(seen) > 500
     assert not any(seen)
 
@@ -133,6 +135,13 @@ def test_the_same_seed_gives_the_same_messages() -> None:
     """What is lost, and how long each takes, is drawn from the seed."""
     short = dataclasses.replace(CROWD, duration_s=20.0, vehicles=60)
     assert simulate(short)["by_messages"] == simulate(short)["by_messages"]
+
+
+def test_with_one_in_ten_lost_a_move_takes_fewer_than_six_messages() -> None:
+    """Five, if all are heard; 5.6 if each is said again until it is."""
+    found = simulate(dataclasses.replace(CROWD, vehicles=140, duration_s=120.0))["by_messages"]
+    assert found["moves"] > 500
+    assert found["per_move"] < 6.0
 
 
 def test_a_range_that_does_not_reach_over_a_crossing_is_refused() -> None:

@@ -57,6 +57,16 @@ def test_messages_come_after_each_stretch_or_not_at_all() -> None:
     assert (air.transmissions, air.beyond, air.lost, air.longest_m) == (4, 1, 0, 40.0)
 
 
+def test_of_messages_sent_together_all_come_if_one_is_heard() -> None:
+    """Their ends are joined by wire; where nobody hears, none comes."""
+    air: Air[str] = Air(AirSettings(range_m=50.0, delay_s=1.0), Random(1))
+    air.send_together(0.0, [("near", [30.0]), ("far", [60.0])])
+    came = [air.next(2.0), air.next(2.0)]
+    assert {one[1] for one in came if one} == {"near", "far"}
+    air.send_together(2.0, [("far", [60.0]), ("farther", [70.0])])
+    assert air.next(9.0) is None
+
+
 def test_so_many_are_lost() -> None:
     """The share of transmissions that is asked for."""
     air: Air[int] = Air(AirSettings(loss=0.3, delay_s=0.0), Random(1))

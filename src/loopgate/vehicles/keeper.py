@@ -155,7 +155,7 @@ def lapse(keeper: Keeper, ends: Callable[[Lease], bool]) -> Keeper:
 def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[Ask]]:
     """Return the keeper without leases and claims that a message, or time, ends; and asks that held for that.
 
-    The oldest of these comes first. Who waited for a vehicle that goes now sees that, and asks again after it.
+    The oldest of these comes first. Who waited for one that goes now sees that, and asks again.
     """
     vehicle, number = -1, -1
     if isinstance(message, Goes | Moved | Left | Here):
@@ -179,8 +179,13 @@ def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[
     if held:
         claims = tuple(replace(one, held=False) for one in claims)
     goes = [one.way for one in keeper.leases if isinstance(message, Goes) and ends(one)]
-    again = [one.ask for one in held if not any((one.way, way) in keeper.conflicts for way in goes)]
-    return replace(left, claims=claims), sorted(again, key=lambda ask: ask.stamp)
+    return replace(left, claims=claims), _again(keeper, held, goes)
+
+
+def _again(keeper: Keeper, held: Sequence[Claim], goes: Sequence[Way]) -> list[Ask]:
+    """Return the asks that held, the oldest first, but not for ways in conflict with one that is used."""
+    asks = [one.ask for one in held if not any((one.way, way) in keeper.conflicts for way in goes)]
+    return sorted(asks, key=lambda ask: ask.stamp)
 
 
 def _is_past(post: Post, ask: Ask) -> bool:
