@@ -1,5 +1,6 @@
 """`loopgate loops --cover`: loops that cover streets, and their figures."""
 
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -12,10 +13,11 @@ from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.cli.driven_streets import read_driven, streets_left
 from loopgate.cli.loops import LoopsWish
 from loopgate.cli.progress import show_progress
+from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
-from loopgate.network.cover.wishes import read_streets, read_weights
+from loopgate.network.cover.wishes import read_districts, read_streets, read_weights
 from loopgate.network.routes_text import routes_text
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.reading import counted, listed
@@ -24,12 +26,39 @@ _EXAMPLES, _ROUNDING = 3, 1e-6
 
 
 @dataclass(frozen=True, slots=True)
+class _Group:
+    """Streets that get loops of their own."""
+
+    edges: tuple[str, ...]
+    weight: float
+    district: str
+    """Name of the district; empty without districts."""
+    depots: tuple[str, ...]
+
+    def named(self, *, by_weight: bool) -> str:
+        """Return the beginning of the names of loops."""
+        words = [re.sub(r"[^\w-]", "_", self.district)] if self.district else []
+        words += [f"weight{self.weight:g}"] if by_weight else []
+        return ".".join(words) + "." if words else "loop"
+
+    def said(self, *, by_weight: bool) -> str:
+        """Return the beginning of a line about the group."""
+        words = [self.district] if self.district else []
+        words += [f"weight {self.weight:g}"] if by_weight else []
+        return ", ".join(words) + ": " if words else ""
+
+
+@dataclass(frozen=True, slots=True)
 class _Made:
-    """Covers of streets of one weight each, the heaviest first, and the vehicles on their loops."""
+    """Covers of groups of streets, in each district the heaviest first, and the vehicles on their loops."""
 
     covers: tuple[Cover, ...]
-    weights: tuple[float, ...]
+    groups: tuple[_Group, ...]
     patrol: Patrol
+
+    @property
+    def weights(self) -> list[float]:
+        return [group.weight for group in self.groups]
 
     @property
     def loops(self) -> list[Loop]:
@@ -40,7 +69,8 @@ def cover_loops(wish: LoopsWish) -> None:
     """Make loops that cover streets, write them, and print their figures."""
     roads = wish.roads()
     kind = type_of_class(wish.vclass, "--vclass")
-    covers, weights = _covers(roads, wish, kind)
+    covers, groups = _covers(roads, wish, kind)
+    weights = [group.weight for group in groups]
     loops = [loop for cover in covers for loop in cover.loops]
     if len(covers) > 1:
         lay_out_queues(roads, [(loop, kind) for loop in loops])
@@ -50,7 +80,7 @@ def cover_loops(wish: LoopsWish) -> None:
         number = vehicles_needed([lap * wish.margin for lap in laps], wish.revisit_s)
     else:
         number = allot(laps, wish.vehicles or len(loops))
-    made = _Made(tuple(covers), tuple(weights), patrol(roads, loops, number))
+    made = _Made(tuple(covers), tuple(groups), patrol(roads, loops, number))
     text = routes_text(loops, note=_note(wish), vehicles=_vehicles(roads, made, wish, kind))
     wish.put_out(text, _data(made))
     if wish.export is not None:
@@ -68,51 +98,92 @@ def cover_loops(wish: LoopsWish) -> None:
         click.echo(line, err=wish.out is None or wish.as_json)
 
 
-def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[list[Cover], list[float]]:
-    every: Sequence[str] = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)]
-    if wish.cover is not None and wish.cover != "all":
-        every = read_streets(roads, wish.cover, wish.vclass, option="--cover")
-    if wish.driven is not None:
-        driven, wanted = read_driven(roads, wish.driven, wish.vclass), every
-        every = streets_left(roads, every, driven, either_way=wish.either_way)
-        left = f"{len(every)} of {counted(len(wanted), 'street')} left; the others were driven already"
-        click.echo(left, err=wish.out is None or wish.as_json)
-    weights = read_weights(roads, wish.weights) if wish.weights else {}
-    classes: dict[float, list[str]] = {} if every else {1.0: []}  # what is wrong is said by the design
-    for edge in every:
-        classes.setdefault(weights.get(edge, 1.0), []).append(edge)
+def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[list[Cover], list[_Group]]:
+    groups = _groups(roads, wish)
+    by_weight = len({group.weight for group in groups}) > 1
     task = CoverTask(
         vclass=wish.vclass,
         u_turns=wish.u_turns,
         either_way=wish.either_way,
+        both_sides=_both_sides(roads, wish),
         by_time=wish.revisit_s is not None or wish.shift_min is not None,
-        depots=_depots(roads, wish),
     )
     if wish.max_length_m is not None:
         task = replace(task, longest=wish.max_length_m)
     if wish.shift_min is not None:
         task = replace(task, longest=wish.shift_min * 60.0 / wish.margin)
-    covers, heavy = [], sorted(classes, reverse=True)
-    for weight in heavy:
-        share = len(classes[weight]) * weight / max(sum(len(classes[w]) * w for w in classes), 1.0)
+    covers = []
+    whole = max(sum(len(group.edges) * group.weight for group in groups), 1.0)
+    for group in groups:
+        share = len(group.edges) * group.weight / whole
         with show_progress("rounds of search") as report:
             cover = cover_streets(
                 roads,
-                replace(task, edges=tuple(classes[weight])),
+                replace(task, edges=group.edges, depots=group.depots),
                 max(1, round((wish.count or 1) * share)),
                 kind=kind,
                 seed=wish.seed,
-                name="loop" if len(classes) == 1 else f"weight{weight:g}.",
+                name=group.named(by_weight=by_weight),
                 progress=report,
             )
         covers.append(cover)
-    return covers, heavy
+    return covers, groups
 
 
-def _depots(roads: RoadNetwork, wish: LoopsWish) -> tuple[str, ...]:
-    if wish.start is None:
+def _groups(roads: RoadNetwork, wish: LoopsWish) -> list[_Group]:
+    every: Sequence[str] = [edge.id for edge in roads.edges.values() if edge.allows(wish.vclass)]
+    if wish.cover is not None and wish.cover != "all":
+        every = read_streets(roads, wish.cover, wish.vclass, option="--cover")
+    if wish.driven is not None:
+        driven, wanted = read_driven(roads, wish.driven, wish.vclass), every
+        both = _both_sides(roads, wish)
+        every = streets_left(roads, every, driven, either_way=wish.either_way, both_sides=both)
+        left = f"{len(every)} of {counted(len(wanted), 'street')} left; the others were driven already"
+        click.echo(left, err=wish.out is None or wish.as_json)
+    weights = read_weights(roads, wish.weights) if wish.weights else {}
+    depots = () if wish.start is None else read_streets(roads, wish.start, wish.vclass, option="--start")
+    groups = []
+    for district, inside, own in _districts(roads, wish, every, depots):
+        classes: dict[float, list[str]] = {} if inside else {1.0: []}  # what is wrong is said by the design
+        for edge in inside:
+            classes.setdefault(weights.get(edge, 1.0), []).append(edge)
+        groups += [_Group(tuple(classes[w]), w, district, own) for w in sorted(classes, reverse=True)]
+    return groups
+
+
+def _districts(
+    roads: RoadNetwork, wish: LoopsWish, every: Sequence[str], depots: tuple[str, ...]
+) -> Iterator[tuple[str, list[str], tuple[str, ...]]]:
+    """Yield each district with streets to be covered: its name, these streets, and its depots.
+
+    A street in two districts belongs to the first. Raises `RouteError` for a district without a depot.
+    """
+    if wish.by_district is None:
+        yield "", list(every), depots
+        return
+    left = dict.fromkeys(every)
+    for district, edges in read_districts(roads, wish.by_district, (wish.vclass,)).items():
+        inside = [edge for edge in edges if edge in left]
+        own = tuple(depot for depot in depots if depot in edges)
+        if depots and inside and not own:
+            msg = f"{wish.by_district}: no depot of --start lies in {district}; name an edge in it"
+            raise RouteError(msg)
+        for edge in inside:
+            del left[edge]
+        if inside:
+            yield district, inside, own
+    if len(left) == len(every):
+        msg = f"{wish.by_district}: no street to be covered lies in any district; draw them over the streets"
+        raise RouteError(msg)
+    if left:
+        outside = f"{counted(len(left), 'street')} in no district: not covered"
+        click.echo(outside, err=wish.out is None or wish.as_json)
+
+
+def _both_sides(roads: RoadNetwork, wish: LoopsWish) -> tuple[str, ...]:
+    if wish.both_sides is None:
         return ()
-    return read_streets(roads, wish.start, wish.vclass, option="--start")
+    return read_streets(roads, wish.both_sides, wish.vclass, option="--both-sides")
 
 
 def _too_long(covers: Sequence[Cover]) -> list[str]:
@@ -147,6 +218,8 @@ def _note(wish: LoopsWish) -> str:
         "shift": wish.shift_min,
         "driven": wish.driven,
         "either-way": wish.either_way or None,
+        "both-sides": wish.both_sides,
+        "by-district": wish.by_district,
         "vclass": wish.vclass,
         "u-turns": wish.u_turns or None,
         "avoid": wish.avoid,
@@ -175,8 +248,9 @@ def _twice(roads: RoadNetwork, loops: Sequence[Loop]) -> float:
 def _report(roads: RoadNetwork, made: _Made, wish: LoopsWish) -> Iterator[str]:
     if wish.out is not None:
         yield f"{counted(len(made.loops), 'loop')}, {_km(made.loops):.1f} km in all, written to {wish.out}"
-    for cover, weight in zip(made.covers, made.weights, strict=True):
-        yield from _of_cover(roads, cover, f"weight {weight:g}: " if len(made.covers) > 1 else "")
+    by_weight = len(set(made.weights)) > 1
+    for cover, group in zip(made.covers, made.groups, strict=True):
+        yield from _of_cover(roads, cover, group.said(by_weight=by_weight))
     for warning in _too_long(made.covers):
         yield f"warning: {warning}"
     yield from _of_patrol(made, wish)
@@ -242,7 +316,8 @@ def _data(made: _Made) -> dict[str, Any]:
         ],
         "covers": [
             {
-                "weight": weight,
+                "weight": group.weight,
+                "district": group.district,
                 "streets": len(cover.covered) + len(cover.left_out),
                 "covered": len(cover.covered),
                 "least_in_all": round(cover.design.circulation, 2),
@@ -251,7 +326,7 @@ def _data(made: _Made) -> dict[str, Any]:
                 "finished": cover.finished,
                 "not_covered": {edge: str(reason) for edge, reason in cover.left_out.items()},
             }
-            for cover, weight in zip(made.covers, made.weights, strict=True)
+            for cover, group in zip(made.covers, made.groups, strict=True)
         ],
         "intervals_s": {edge: round(interval, 2) for edge, interval in found.intervals_s.items()},
         "warnings": _too_long(made.covers),

@@ -34,16 +34,23 @@ def read_driven(network: RoadNetwork, given: str, vclass: str) -> frozenset[str]
 
 
 def streets_left(
-    network: RoadNetwork, wanted: Sequence[str], driven: frozenset[str], *, either_way: bool
+    network: RoadNetwork,
+    wanted: Sequence[str],
+    driven: frozenset[str],
+    *,
+    either_way: bool,
+    both_sides: Sequence[str] = (),
 ) -> list[str]:
-    """Return the wanted edges that were not driven; `either_way`: nor was the opposite direction.
+    """Return the wanted edges that were not driven.
+
+    With `either_way` an edge counts as driven if its opposite was, except on streets of `both_sides`.
 
     Raises `RouteError` if no street is left.
     """
     done = set(driven)
     if either_way:
         every = tuple(dict.fromkeys((*wanted, *sorted(driven))))
-        for street in both_ways(network, every):
+        for street in both_ways(network, every, both_sides):
             if driven & set(street):
                 done.update(street)
     left = [edge for edge in wanted if edge not in done]

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
       loopgate loops sumo:DRT --cover all --revisit 600 -o routes/every10min.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 -o routes/watch.rou.xml --export maps
       loopgate loops sumo:DRT --cover all --shift 30 --driven out/watch -o routes/rest.rou.xml
+      loopgate loops my.net.xml --cover all --by-district wards.xml --start e12,e80 -o wards.rou.xml
     """
 )
 @click.argument("network")
@@ -71,6 +72,17 @@ if TYPE_CHECKING:
     help="Leave out the streets that were driven already: a run folder, or streets as for --cover.",
 )
 @click.option("--either-way", is_flag=True, help="One direction of each street is enough.")
+@click.option(
+    "--both-sides",
+    metavar="FILE|POLYGON|EDGES",
+    help="With --either-way: streets of which both directions are covered, as for --cover.",
+)
+@click.option(
+    "--by-district",
+    type=click.Path(dir_okay=False),
+    metavar="FILE",
+    help="XML file of polygons: each district gets loops of its own, which pass the depots (--start) in it.",
+)
 @click.option("--vclass", default="passenger", show_default=True, help="SUMO's class of the vehicles.")
 @click.option(
     "--via",
@@ -162,6 +174,8 @@ class LoopsWish:
     shift_min: float | None
     driven: str | None
     either_way: bool
+    both_sides: str | None
+    by_district: str | None
     vclass: str
     via: str | None
     avoid: str | None
@@ -264,6 +278,8 @@ def _check_together(wish: LoopsWish) -> None:
         "--shift": wish.shift_min,
         "--driven": wish.driven,
         "--either-way": wish.either_way or None,
+        "--both-sides": wish.both_sides,
+        "--by-district": wish.by_district,
         "--start": wish.start,
         "--weights": wish.weights,
         "--vehicles": wish.vehicles,
@@ -277,6 +293,9 @@ def _check_together(wish: LoopsWish) -> None:
         other = "random loops, not to --cover"
     for option in (name for name, value in strange.items() if value is not None):
         msg = f"{option} belongs to {other}"
+        raise click.UsageError(msg)
+    if wish.both_sides is not None and not wish.either_way:
+        msg = "--both-sides belongs to --either-way; without --either-way both directions are covered"
         raise click.UsageError(msg)
     if wish.shift_min is not None and wish.max_length_m is not None:
         msg = "--shift and --max-length both set the longest loop; leave one out"

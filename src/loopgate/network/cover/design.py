@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -36,6 +36,8 @@ class CoverTask:
     """`vclass` and `u_turns`: who drives, and whether it may turn round at junctions."""
     either_way: bool = False
     """Whether one of the two directions of a street is enough."""
+    both_sides: tuple[str, ...] = ()
+    """With `either_way`, edges of streets of which both directions are to be covered all the same."""
     longest: float = math.inf
     """Longest loop [m, or s at the speed limits by time]."""
     by_time: bool = False
@@ -184,7 +186,7 @@ def make_design(
         required = [edge for edge in required if edge not in too_long]
     if not required:
         raise _nothing(network, task, left_out)
-    streets = both_ways(network, required) if task.either_way else [[edge] for edge in required]
+    streets = both_ways(network, required, task.both_sides) if task.either_way else [[e] for e in required]
     choices = _choices(streets, nodes)
     found = circulate(graph, cost, choices)
     ways = shortest_ways(graph, cost, found.nodes)
@@ -291,14 +293,21 @@ def _too_long(
     return {edge for edge in required if min(closed[node] for node in nodes[edge]) > task.longest}
 
 
-def both_ways(network: RoadNetwork, edges: Sequence[str]) -> list[list[str]]:
-    """Return the edges by street: alone, or both directions together."""
+def both_ways(network: RoadNetwork, edges: Sequence[str], apart: Collection[str] = ()) -> list[list[str]]:
+    """Return the edges by street: both directions together, or alone.
+
+    An edge stands alone if its opposite is not among the edges, or if either of the two is in `apart`.
+    """
+    alone = set(apart)
     waiting: dict[tuple[str, str], list[str]] = {}
     streets: list[list[str]] = []
     for edge in edges:
         ends = network.edges[edge].from_junction, network.edges[edge].to_junction
         other = _opposite(network.edges[edge], waiting.get((ends[1], ends[0]), ()), network)
-        if other is None:
+        if other is not None and alone & {edge, other}:
+            streets.append([edge])
+            waiting[ends[1], ends[0]].remove(other)
+        elif other is None:
             streets.append([edge])
             waiting.setdefault(ends, []).append(edge)
         else:
