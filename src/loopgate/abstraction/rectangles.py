@@ -1,6 +1,9 @@
 """Which of many rectangles overlap: by squares of the ground."""
 
-from collections.abc import Iterator
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -14,6 +17,86 @@ _ABOVE_M = 2.5
 
 _AT_ONCE = 500_000
 """So many pairs are looked at in one go, for the sake of memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overlaps:
+    """All pairs of rectangles that overlap, of rectangles in groups.
+
+    Attributes
+    ----------
+    numbers
+        By the name of each group its number.
+    begins
+        The first row of each group, and the number of all rows.
+    one, other
+        The rows of each pair, the first ascending.
+    """
+
+    numbers: Mapping[Hashable, int]
+    begins: Ints
+    one: Ints
+    other: Ints
+
+
+def find_overlaps(
+    names: Sequence[Hashable],
+    groups: Sequence[Floats],
+    lane: Ints,
+    edge: Ints,
+    known: Overlaps | None = None,
+) -> Overlaps:
+    """Return all pairs of rectangles that overlap, but for those on one lane or on lanes of one edge.
+
+    With overlaps that are known only the groups that these lack are compared with all others.
+
+    Parameters
+    ----------
+    names, groups
+        Of each group its name, and its rectangles as in `overlapping`.
+    lane, edge
+        Numbers of the lane and the edge that each group is on; an edge below 0 is none.
+    known
+        Overlaps of other groups; a group of the same name has the same rectangles, lane and edge.
+    """
+    numbers = {name: number for number, name in enumerate(names)}
+    counts = [len(rows) for rows in groups]
+    begins = np.concatenate(([0], np.cumsum(counts, dtype=np.int64)))
+    group = np.repeat(np.arange(len(counts)), counts)
+    rectangles = np.concatenate(groups) if groups else np.zeros((0, 7))
+    pairs = np.zeros((2, 0), dtype=np.int64)
+    fresh = np.ones(len(rectangles), dtype=bool)
+    if known is not None:
+        now = np.array([numbers.get(name, -1) for name in known.numbers], dtype=np.int64)
+        fresh = np.isin(group, now, invert=True)
+        rows = np.stack((known.one, known.other))
+        of = np.searchsorted(known.begins, rows, side="right") - 1
+        pairs = (begins[now[of]] + rows - known.begins[of])[:, (now[of] >= 0).all(axis=0)]
+    some = _near_to(rectangles, fresh)
+    one, other = (some[rows] for rows in overlapping(rectangles[some], lane[group[some]], edge[group[some]]))
+    new = fresh[one] | fresh[other]
+    pairs = np.sort(np.concatenate((pairs, (one[new], other[new])), axis=1), axis=0)
+    return Overlaps(numbers, begins, *pairs[:, np.lexsort(pairs[::-1])])
+
+
+def _near_to(rectangles: Floats, these: Flags) -> Ints:
+    """Return the rows of some rectangles, and of all that may overlap with one of them."""
+    if these.all() or not these.any():
+        return np.flatnonzero(these)
+    square, width = _squares(rectangles)
+    around = np.array([row * width + column for row in (-1, 0, 1) for column in (-1, 0, 1)])
+    return np.flatnonzero(np.isin(square, np.add.outer(np.unique(square[these]), around)))
+
+
+def _squares(rectangles: Floats) -> tuple[Ints, int]:
+    """Return a number of the square that each middle is on, and what to add to it for the row above.
+
+    Rectangles that overlap are on one square or on neighbours.
+    """
+    reach_m = 2.0 * float(np.hypot(rectangles[:, _HALF_M], rectangles[:, _WIDE_M]).max())
+    column, row = np.floor((rectangles[:, :2] - rectangles[:, :2].min(axis=0)) / reach_m).astype(np.int64).T
+    width = int(column.max()) + 3
+    return row * width + column, width
 
 
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
@@ -30,10 +113,7 @@ def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]
     """
     if not len(rectangles):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    reach_m = 2.0 * float(np.hypot(rectangles[:, _HALF_M], rectangles[:, _WIDE_M]).max())
-    column, row = np.floor((rectangles[:, :2] - rectangles[:, :2].min(axis=0)) / reach_m).astype(np.int64).T
-    width = int(column.max()) + 3
-    square = row * width + column
+    square, width = _squares(rectangles)
     order = np.argsort(square, kind="stable")
     square, placed = square[order], np.ascontiguousarray(rectangles[order])
     # Those behind a rectangle in this order: on its square and the next, and on three of the row above.

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from loopgate.abstraction.rectangles import overlapping
+from loopgate.abstraction.rectangles import Overlaps, find_overlaps
 from loopgate.abstraction.swept_paths import Bodies, SweptPath, SweptPaths, drawn
 from loopgate.arrays import Flags, Floats, Ints
+from loopgate.cache import Cache
 from loopgate.network.road import RoadNetwork
 
 SIDE_M = 0.2
@@ -59,42 +60,6 @@ class Touches:
     other_touched_m: Floats
 
 
-def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
-    """Find all pairs of fronts at which two bodies touch though neither follows the other.
-
-    A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
-    wider and longer; one that is jointed is a rectangle for each lane it lies on. Bodies on one lane, or on
-    lanes of one edge, are SUMO's own affair, and so are those
-    that follow each other closely along one way, or leave one lane one after the other. Where the network
-    has heights, a bridge does not touch the road below.
-
-    O(n log n + k) for n bodies, one each metre of all paths, and k pairs of near ones.
-    """
-    names = tuple(paths)
-    laid = [_lay(network, path, bodies) for path, bodies in paths.items()]
-    counts = [len(rows.at_m) for rows in laid]
-    body = _Rows(*(np.concatenate(columns) for columns in zip(*laid, strict=True))) if laid else None
-    none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
-    if body is None:
-        return Touches(names, none, none, *[zero] * 6)
-    path = np.repeat(np.arange(len(names)), counts)
-    ways = _Ways(network, paths)
-    a, b = overlapping(np.column_stack(body[3:]), ways.lane[path], ways.edge[path])
-    keep = ~ways.follow(path[a], path[b], body, a, b)
-    a, b = a[keep], b[keep]
-    at, length = body.at_m, body.length_m
-    touched = _touched(body, a, b), _touched(body, b, a)
-    return Touches(names, path[a], path[b], at[a], at[b], length[a], length[b], *touched)
-
-
-def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
-    """Return where about the first bodies of pairs are touched, as positions on the lanes of their fronts."""
-    x, y = body.x[other] - body.x[one], body.y[other] - body.y[one]
-    along = x * body.ahead_x[one] + y * body.ahead_y[one]
-    half = body.half_m[one] - END_M
-    return np.asarray(body.middle_m[one] + np.clip(along, -half, half))
-
-
 class _Rows(NamedTuple):
     """Bodies or parts of them.
 
@@ -112,6 +77,69 @@ class _Rows(NamedTuple):
     half_m: Floats
     wide_m: Floats
     z: Floats
+
+
+_Laid = dict[tuple[SweptPath, tuple[tuple[float, bool], ...], float], _Rows]
+"""Bodies by path, lengths that are looked at, and width."""
+
+
+def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
+    """Find all pairs of fronts at which two bodies touch though neither follows the other.
+
+    A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
+    wider and longer; one that is jointed is a rectangle for each lane it lies on. Bodies on one lane, or on
+    lanes of one edge, are SUMO's own affair, and so are those
+    that follow each other closely along one way, or leave one lane one after the other. Where the network
+    has heights, a bridge does not touch the road below.
+
+    O(n log n + k) for n bodies, one each metre of all paths, and k pairs of near ones.
+    """
+    none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
+    if not paths:
+        return Touches((), none, none, *[zero] * 6)
+    ways = _Ways(network, paths)
+    laid, overlaps = _overlaps(network, paths, ways)
+    body = _Rows(*(np.concatenate(columns) for columns in zip(*laid.values(), strict=True)))
+    path = np.repeat(np.arange(len(laid)), np.diff(overlaps.begins))
+    a, b = overlaps.one, overlaps.other
+    keep = ~ways.follow(path[a], path[b], body, a, b)
+    a, b = a[keep], b[keep]
+    at, length = body.at_m, body.length_m
+    touched = _touched(body, a, b), _touched(body, b, a)
+    return Touches(tuple(paths), path[a], path[b], at[a], at[b], length[a], length[b], *touched)
+
+
+_MOST_KEPT = 2_000_000
+"""More overlaps are not kept, for the sake of memory."""
+
+_LAST: Cache[list[tuple[_Laid, Overlaps]]] = Cache(2)
+"""By the content of a network what was laid there last, in a list of one or none."""
+
+
+def _overlaps(network: RoadNetwork, paths: SweptPaths, ways: _Ways) -> tuple[_Laid, Overlaps]:
+    """Return the bodies of each path, and which of all bodies overlap.
+
+    Where most paths were looked at the last time, only the others are compared with all: an owner's
+    vehicles come to drive another loop, or need a way round something, one after the other.
+    """
+    kept: list[tuple[_Laid, Overlaps]] = _LAST.get(network.content, list) if network.content else []
+    before, known = (*kept, ({}, None))[0]
+    keys = {(path, tuple(bodies.looked_at_m()), bodies.width_m): bodies for path, bodies in paths.items()}
+    laid = {key: before[key] if key in before else _lay(network, key[0], keys[key]) for key in keys}
+    if 2 * len(before.keys() & laid.keys()) < len(laid):
+        known = None
+    groups = [np.column_stack(rows[3:]) for rows in laid.values()]
+    overlaps = find_overlaps(tuple(laid), groups, ways.lane, ways.edge, known)
+    kept[:] = [(laid, overlaps)] if len(overlaps.one) <= _MOST_KEPT else []
+    return laid, overlaps
+
+
+def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
+    """Return where about the first bodies of pairs are touched, as positions on the lanes of their fronts."""
+    x, y = body.x[other] - body.x[one], body.y[other] - body.y[one]
+    along = x * body.ahead_x[one] + y * body.ahead_y[one]
+    half = body.half_m[one] - END_M
+    return np.asarray(body.middle_m[one] + np.clip(along, -half, half))
 
 
 def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
