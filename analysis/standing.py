@@ -6,7 +6,8 @@ drives loops on four networks with 0.3, 0.6 and 0.9 of the vehicles that can sta
 after ten minutes, for ten, thirty or sixty minutes. The yardstick is the vehicle-km of all others in the
 measured time, as a share of theirs in the same run in which nothing happens. ``leave`` takes vehicles without
 a way off the road besides. ``wait`` is the gate without containment,
-``open`` are SUMO's own rules, each against the same rule in which nothing happens.
+``open`` are SUMO's own rules, ``rerouted`` those with its rerouting device, each against the same rule in
+which nothing happens.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import argparse
 import itertools
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -22,6 +24,7 @@ from typing import Any
 import pandas as pd
 from frame_table import frame_table
 from rich.console import Console
+from standing_rerouted import drive
 
 from loopgate import Scenario
 from loopgate.cli.progress import show_progress
@@ -39,6 +42,7 @@ RULES = {
     "leave": {"standing": "leave"},
     "wait": {"standing": "wait"},
     "open": {"gate": "open", "on_deadlock": "continue"},
+    "rerouted": {"gate": "open"},
 }
 
 
@@ -61,8 +65,17 @@ def most(what: dict[str, Any]) -> int:
     return 100_000
 
 
-def driven(scenario: Scenario, folder: Path, without: str) -> dict[str, Any]:
-    """Return what all vehicles but one did."""
+def driven(
+    scenario: Scenario, folder: Path, without: str, rule: str, until_s: float = BREAKS_S
+) -> dict[str, Any]:
+    """Return what all vehicles but one did, which stands until then."""
+    if rule == "rerouted":
+        return drive(scenario, folder, without, (BREAKS_S, until_s))
+    if until_s > BREAKS_S:
+        file = folder / "incidents.toml"
+        stands = f'vehicle = "{without}"\nfrom = {BREAKS_S:g}\nto = {until_s:g}\n'
+        file.write_text(f"[[breakdowns]]\n{stands}")
+        scenario = replace(scenario, incidents=str(file))
     summary = simulate(scenario, folder / "run", overwrite=True)
     vehicles = read_run(folder / "run").vehicles
     others = vehicles[vehicles["vehicle"] != without]
@@ -111,12 +124,9 @@ def main() -> None:
             for rule in args.rules:
                 common = dict(what, vehicles=count, seed=seed, duration_s=3600.0 * args.hours, **RULES[rule])
                 first = assemble(Scenario(**common)).starts[0].vehicle
-                free = driven(Scenario(**common), folder, first)
+                free = driven(Scenario(**common), folder, first, rule)
                 for minutes in args.minutes:
-                    file = folder / "incidents.toml"
-                    until = f"to = {BREAKS_S + 60.0 * minutes:g}\n"
-                    file.write_text(f'[[breakdowns]]\nvehicle = "{first}"\nfrom = {BREAKS_S:g}\n{until}')
-                    stands = driven(Scenario(**common, incidents=str(file)), folder, first)
+                    stands = driven(Scenario(**common), folder, first, rule, BREAKS_S + 60.0 * minutes)
                     key = {"network": name, "share": share, "vehicles": count, "seed": seed, "rule": rule}
                     rows.append(
                         key
