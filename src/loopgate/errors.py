@@ -18,7 +18,7 @@ _LONGEST = 2_000
 
 
 class LoopgateError(Exception):
-    """Base of all errors that the package raises on purpose; whatever names come into it, one line.
+    """Base of all errors that the package raises on purpose; the text is always one line.
 
     Examples
     --------

@@ -57,7 +57,7 @@ class FolderLock:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a folder for the time of the ``with`` block, and remove those of processes that were killed.
+    """Make a folder for the time of the ``with`` block; remove folders that killed processes left.
 
     Raises `ResultsError` if it cannot be made.
     """
@@ -101,7 +101,7 @@ def _remove_if_abandoned(folder: Path) -> None:
 
 
 def _remove(folder: Path) -> None:
-    """Remove a temporary folder, its mark last: what an interruption leaves can still be told by it."""
+    """Remove a temporary folder, its mark last, so that an interrupted removal can go on later."""
     for content in [*folder.iterdir()] if folder.is_dir() else ():
         if content.name == _MARK:
             continue

@@ -1,4 +1,4 @@
-"""Calls of code that a user wrote: whatever that code raises becomes one line that names it and its line."""
+"""Calls of a user's code: an exception becomes one line that names the code and its line."""
 
 import inspect
 import os
@@ -37,7 +37,7 @@ def name_of_class(thing: object) -> str:
 
 @contextmanager
 def blaming(who: str, expected: str, error: type[LoopgateError] = PluginError) -> Iterator[None]:
-    """Turn whatever is raised inside, but for Ctrl-C, into `error`; it may be no `Exception`.
+    """Turn each exception raised inside, except Ctrl-C, into `error`.
 
     Parameters
     ----------

@@ -66,7 +66,7 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether a folder is the user's, closed to all others, and nobody else can replace it."""
+    """Return whether a folder belongs to the user, and no other user can write or replace it."""
     if not hasattr(os, "geteuid"):  # Windows has no such modes; a user's folders there are closed to others
         return folder.is_dir()
     facts, above = folder.lstat(), folder.parent.stat()
@@ -160,7 +160,7 @@ _ONLY_INSIDE: dict[str, Any] = _UNCOUNTED | {"no_cfunc_wrapper": True, "no_cpyth
 
 
 def outer(function: F) -> F:
-    """Compile a function as a `kernel` that makes no arrays: all that it works on is kept by who calls it.
+    """Compile a function as a `kernel` that makes no arrays; the caller keeps all arrays.
 
     Elsewhere numba counts who refers to an array, whenever one is taken out of a tuple or handed on: for many
     tables in one tuple that takes several times as long as the work itself. To make an array here is an error
@@ -170,7 +170,7 @@ def outer(function: F) -> F:
 
 
 def inner(function: F) -> F:
-    """Compile a function as an `outer` one that only compiled ones call, which takes seconds less.
+    """Compile a function that only compiled functions call; this takes seconds less than `outer`.
 
     There is no way in from Python: calling it from there ends the process.
     """
@@ -223,5 +223,5 @@ def constant(value: int) -> int:
 
 
 def part(function: F) -> F:
-    """Let a function become part of the one that calls it, which is then compiled sooner than both."""
+    """Inline a function into its compiled callers; this compiles faster than a call."""
     return cast("F", njit(inline="always", error_model="numpy")(function))

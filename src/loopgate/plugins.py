@@ -53,7 +53,7 @@ class FilePlugin(NamedTuple):
 
 
 def in_file(spec: object) -> FilePlugin | None:
-    """Return the file and the rest of ``file.py:Name:option=value``; None for whatever else it is."""
+    """Return the file and the rest of ``file.py:Name:option=value``; None for any other text."""
     found = _IN_FILE.fullmatch(spec) if isinstance(spec, str) else None
     return FilePlugin(found["file"], found["rest"]) if found else None
 

@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 @contextmanager
 def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: str = "") -> Iterator[None]:
-    """Turn whatever goes wrong inside into `error`, a line that begins with the file.
+    """Turn each exception inside into `error`, a line that begins with the file.
 
     Errors of the package that are such an `error` already pass through.
 

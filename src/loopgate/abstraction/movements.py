@@ -217,7 +217,7 @@ class _UnderWay:
         return self._inside[before][0] if before in self._inside else _UNKNOWN
 
     def _of(self, path: SweptPath, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
-        """Yield movements, what to add to positions, and those of the touches that are under way on them.
+        """Yield movements, offsets of positions [m], and the touches that lie on each movement.
 
         A body can lie on several movements, one after the other: it is on that on which it is touched.
         """

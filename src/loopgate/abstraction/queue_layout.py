@@ -350,7 +350,7 @@ class _Legs:
         limits: tuple[tuple[float, float], ...],
         before: Connection | None,
     ) -> Crossing:
-        """Return the crossing of a movement; `before` is the one on the same leg that leads to it."""
+        """Return the crossing of a movement; `before` is the crossing before it on the same leg."""
         with_others = before is not None and (before.id, made.id) in self._conflicts.with_others
         followed = before.id if before is not None and with_others else ""
         key = made.id, ahead_m, limits, followed

@@ -36,7 +36,7 @@ class PlaceSurvey:
 
 @dataclass(frozen=True, slots=True)
 class ConflictSurvey:
-    """A conflict as one of its two movements has it."""
+    """A conflict, seen from one of its two movements."""
 
     foe: str
     """The other movement; its own name where vehicles that make it exclude each other."""

@@ -100,7 +100,7 @@ def _squares(rectangles: Floats) -> tuple[Ints, int]:
 
 
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
-    """Return all pairs of rectangles that overlap, but for those on one lane or on lanes of one edge.
+    """Return all pairs of rectangles that overlap, except pairs on one edge.
 
     O(n log n + k) for k pairs of near ones.
 

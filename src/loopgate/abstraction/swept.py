@@ -265,7 +265,7 @@ class _Ways:
         return follows
 
     def _along(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return what to add to the positions of the fronts, and how long the first is on the common way.
+        """Return the offset of the fronts' positions [m], and the length of the common way [m].
 
         For paths of which one leads onto the lane of the other.
         """
@@ -285,7 +285,7 @@ class _Ways:
         return math.nan, math.nan, 0.0
 
     def _split(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return what to add to the positions of the fronts, and up to where rears have just left one lane.
+        """Return the offset of the fronts' positions [m], and where rears leave the common lane.
 
         For paths that come from one lane. SUMO lets nobody pass another that has hardly left it.
         """

@@ -57,7 +57,7 @@ def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
 
 
 def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
-    """Return whether the lane leads back beside the one that it is reached from, over a junction alone."""
+    """Return whether the lane leads back beside the lane before it, over a junction alone."""
     lanes = [network.lanes[name] for name in path.before]
     roads = [lane for lane in lanes if not lane.internal]
     if not (lanes[0].internal and roads):
@@ -69,7 +69,7 @@ def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
 
 
 def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float, half_m: float) -> float:
-    """Return how far before the end of a lane corners of bodies are that somebody can touch on it [m]."""
+    """Return how far before the end of a lane bodies swing over it [m]."""
 
     def at(metres: Floats) -> Floats:
         return np.stack([np.interp(metres, arc, xy[:, axis]) for axis in (0, 1)], axis=-1)

@@ -211,7 +211,7 @@ def _lengthen(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind
 
 
 def _free_before(loop: Loop, path: list[ZoneVisit], number: int) -> float:
-    """Return the length of private road between a visit and the one before it, going round [m]."""
+    """Return the length of private road between a visit and the visit before it [m]."""
     before = path[number - 1].end_m - (loop.length_m if number == 0 else 0.0)
     return path[number].begin_m - before
 

@@ -15,7 +15,7 @@ _SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed
 
 
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the places into which nobody was let, in the order of time.
+    """Return the blocked places, which no vehicle was let into, in the order of time.
 
     `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (empty where the place was closed),
     `FROM` and `UNTIL` [s] (missing if it was so when the run ended), `UNWATCHED` (the streets of loops

@@ -34,7 +34,7 @@ _ABOVE_M = 2.5
 
 @dataclass(frozen=True, slots=True)
 class DrawnConflict:
-    """A stretch of a loop on which bodies can touch those on another lane.
+    """A stretch of a loop on which bodies can touch bodies on another lane.
 
     The front can touch from `begin_m` on, the rear up to `end_m`: arc lengths [m]. Named are the lanes of the
     two fronts, and which of the zones it is in which bodies on these touch: two lanes can meet at both ends.
@@ -66,7 +66,7 @@ class Side(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """All touches between two ways; `loops` are those of each that have it, with how far off they are [m]."""
+    """All touches between two ways; `loops` are the loops on each way, with their offsets [m]."""
 
     one: Side
     other: Side
@@ -257,7 +257,7 @@ class _Roads(NamedTuple):
 
 
 def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> Flags:
-    """Return in which pairs one of the bodies comes behind the other on a way that both take, close to it.
+    """Return the pairs in which one body closely follows the other on a common way.
 
     Either on one way, with all of the first ahead of the second; or where both have just left one lane.
     """
@@ -285,7 +285,7 @@ def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, oth
 
 
 def _kept_apart(way: LaneOnWay, roads: _Roads, lane: int) -> float:
-    """Return how far behind a lane SUMO looks at who left it another way [m]: as far as the road behind.
+    """Return how far behind a lane SUMO keeps vehicles apart that left it another way [m].
 
     Infinite if the front is not there yet; not at all where the junction is unregulated.
     """

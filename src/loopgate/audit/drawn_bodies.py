@@ -98,7 +98,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[LaneOnWay]:
 
 
 def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
-    """Return the ways by number, those together on which bodies look the same: where they lie, and wait."""
+    """Return the numbers of ways in groups; on the ways of a group bodies lie and wait alike."""
     found: dict[object, list[int]] = {}
     for number, way in enumerate(ways):
         reach_m = max((length_m for length_m, _ in way.sizes), default=0.0)

@@ -1,4 +1,4 @@
-"""Stretches of loops with a limit: a number of bodies, or one of two sides at a time."""
+"""Stretches of loops with a limit: a number of bodies, or one direction at a time."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

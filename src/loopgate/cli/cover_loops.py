@@ -201,7 +201,7 @@ def _too_long(covers: Sequence[Cover]) -> list[str]:
 
 
 def _vehicles(roads: RoadNetwork, made: _Made, wish: LoopsWish, kind: VehicleType) -> list[VehicleDemand]:
-    """Return the vehicles to write: those asked for, or one per loop if the file must name their class."""
+    """Return the vehicles to write; without a number one per loop if the file must name their class."""
     if wish.vehicles is None and wish.revisit_s is None and wish.vclass == VehicleType().vclass:
         return []
     return [

@@ -1,4 +1,4 @@
-"""``--json``: JSON on stdout and nothing else, whatever SUMO, a gate or a library prints there."""
+"""``--json``: only JSON on stdout; prints of SUMO, of a gate or a library go elsewhere."""
 
 import ctypes
 import json
@@ -22,7 +22,7 @@ def print_json(
     indent: int | None = None,
     default: Callable[[Any], Any] | None = None,
 ) -> None:
-    """Print data as JSON; options are those of `json.dumps`."""
+    """Print data as JSON; takes the options of `json.dumps`."""
     click.echo(json.dumps(data, indent=indent, default=default), file=_to[-1] if _to else None)
 
 

@@ -68,7 +68,7 @@ def report(
 
 
 def _export(results: Results, folder: Path) -> list[Path]:
-    """Write maps of the runs that have folders, each into one of its own where there are several."""
+    """Write the maps of runs; several runs get a folder each."""
     from loopgate.errors import ResultsError
     from loopgate.export import export_run
 

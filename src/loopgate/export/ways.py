@@ -69,7 +69,7 @@ def loop_way(loop: Loop) -> Way:
 
 
 def distinct(line: Floats) -> Floats:
-    """Return the line without points that repeat the one before."""
+    """Return the line without repeated points."""
     keep = np.concatenate(([True], np.abs(np.diff(line, axis=0)).max(axis=1, initial=0.0) > 0.0))
     kept: Floats = line[keep] if keep.sum() > 1 else line[:2]
     return kept

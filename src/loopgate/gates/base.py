@@ -106,7 +106,7 @@ class Gate(Protocol):
 
 @runtime_checkable
 class FollowingGate(Gate, Protocol):
-    """A gate that follows the moves itself: nobody need write the configuration out for each decision.
+    """A gate that follows the moves itself, so that a decision needs no configuration.
 
     `decide_here` and `moved_here` are `decide` and `moved` for the configuration reached by the moves told
     so far. That takes O(robots) off each move and each decision.

@@ -78,7 +78,7 @@ class Holders:
 
     @cached_property
     def _standing(self) -> dict[int, int]:
-        """The robot in each state of capacity 1 with one in it; some robot in larger ones."""
+        """The robot in each occupied state; in a state of larger capacity any of its robots."""
         paths = zip(self._system.paths, self._here.positions, strict=True)
         return {path[p]: robot for robot, (path, p) in enumerate(paths)}
 
@@ -93,7 +93,7 @@ class Holders:
         return self._known[state]
 
     def _follow(self, root: int) -> None:
-        """Find the holders of `root`, a state of capacity above 1, and of the full ones it leads to."""
+        """Find the robots in `root`, a state of capacity above 1, and in the full states that it leads to."""
         system, here = self._system, self._here
         full: dict[int, tuple[int, ...]] = {}
         before: dict[int, list[int]] = {root: []}

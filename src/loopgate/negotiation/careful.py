@@ -13,7 +13,7 @@ _ORDER = "the requests that it was given, or some of them, in an order"
 
 
 class _Careful:
-    """Asks a negotiation of somebody else's."""
+    """Asks a negotiation of the user's."""
 
     def __init__(self, negotiation: Negotiation) -> None:
         self._negotiation = negotiation

@@ -28,7 +28,7 @@ _NO_PATHS = frozenset({"", "-", "nul", "stdout", "stderr"})
 
 
 def read_additional(file: Path) -> ET.Element:
-    """Parse an additional file; SUMO does not mind what its root element is called.
+    """Parse an additional file; its root element may have any name, as in SUMO.
 
     Raises `RouteError` if it cannot be read, or is a network or a configuration.
     """
@@ -74,7 +74,7 @@ def type_names(files: Iterable[Path]) -> frozenset[str]:
 
 
 def without(file: Path, tags: Collection[str], copy: Path) -> Path:
-    """Return an additional file without some of its elements: a copy that finds what it names as it does.
+    """Return a copy of an additional file without some of its elements; relative file names still work.
 
     The file itself if it has none of them. Raises `RouteError` if it cannot be read, `ResultsError` if the
     copy cannot be written.

@@ -31,7 +31,7 @@ def seconds(text: str) -> float:
 
 
 def time_of(element: ET.Element, attribute: str, what: str, *, why: str = "") -> float | None:
-    """Return the time that an attribute gives, 0 for what is before that [s]; None if there is none.
+    """Return the time of an attribute, at least 0 [s]; None if the attribute is missing.
 
     Raises `RouteError` if it is no time; the text begins with `what` and ends with `why` it has to be one.
     """

@@ -1,4 +1,4 @@
-"""The identity of a file by its content, whatever its name and place."""
+"""The identity of a file by its content alone."""
 
 import hashlib
 from pathlib import Path

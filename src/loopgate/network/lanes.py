@@ -266,7 +266,7 @@ def find_costs(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, C
 
 
 def follow(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[Step]:
-    """Return the cheapest way from lane `first`; of equal ones the rightmost."""
+    """Return the cheapest way from lane `first`; among equal ways the rightmost."""
     lane, way = first, []
     for layer, ahead in zip(layers, costs[1:], strict=True):
         open_steps = [(cost, step) for cost, step in layer[lane] if step.onward.to_lane in ahead]

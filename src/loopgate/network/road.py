@@ -1,4 +1,4 @@
-"""The road network, read from a SUMO network file. The one module that knows sumolib."""
+"""The road network, read from a SUMO network file. Only this module uses sumolib."""
 
 from __future__ import annotations
 
@@ -249,7 +249,7 @@ def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types
 
 
 class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no types
-    """Reads a network as sumolib does, and what that leaves out: which movements may wait inside.
+    """Reads a network with sumolib, and also which movements may wait inside a junction.
 
     Attributes
     ----------
@@ -349,7 +349,7 @@ def _heights(shape: Any) -> tuple[float, ...]:  # noqa: ANN401  sumolib has no t
 
 
 def _opposite_lanes(raw: Any) -> list[Points]:  # noqa: ANN401  sumolib has no types
-    """Return the shapes of the lanes of the edge that SUMO has as the opposite one in the same place."""
+    """Return the lane shapes of the edge that SUMO lists as the opposite direction in the same place."""
     opposite = raw.getBidi()
     return [_points(lane.getShape()) for lane in opposite.getLanes()] if opposite else []
 

@@ -39,7 +39,7 @@ class RoadGraph:
 
 
 def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tuple[RoadGraph, ...]:
-    """Return the parts of the network in which closed walks lie, those with the most edges first.
+    """Return the parts of the network that hold closed walks, the largest first.
 
     O(connections), and the order depends on the network alone.
     """

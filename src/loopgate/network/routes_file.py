@@ -250,7 +250,7 @@ class _Found:
     _wrong: list[str] = field(default_factory=list)
 
     def collect_types(self, tops: Sequence[tuple[Path, ET.Element]]) -> None:
-        """Take note of types, and of their distributions in SUMO's order: one may name those before it."""
+        """Collect types and their distributions in SUMO's order: each may name earlier ones."""
         shares: dict[str, float] = {}
         for source, top in tops:
             for element in (one for one in top.iter("vType") if one.get("id")):
@@ -400,7 +400,7 @@ class _Found:
     def on_loops(
         self, loops: Mapping[str, Loop], path: Path
     ) -> tuple[tuple[VehicleDemand, ...], dict[str, tuple[Stop, ...]]]:
-        """Return the vehicles on loops by name, and by loop where whoever drives on it stops."""
+        """Return the vehicles on loops by name, and the stops of each loop."""
         vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
         stopping = (route for route in self.routes.values() if route.stops)
         return vehicles, {

@@ -52,7 +52,7 @@ class TrafficFile:
         return (f"{self.file}: nobody departs {when}: give a .sumocfg that begins then as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
-        """Raise `RouteError` if one of `vehicles` has the name of an ordinary one."""
+        """Raise `RouteError` if one of `vehicles` has the name of an ordinary vehicle."""
         twice = next((vehicle for vehicle in vehicles if vehicle in self.ids), None)
         if twice is not None:
             msg = f"{self.file}: vehicle {twice}: a vehicle on a loop has that name too; rename one"

@@ -112,7 +112,7 @@ def _why(element: ET.Element, ways: Iterable[ET.Element]) -> str:
 
 
 def _why_stop(element: ET.Element) -> str:
-    """Return why no gate can make one of the stops inside an element."""
+    """Return why no gate can make a stop inside an element; empty if every stop works."""
     return next(
         (
             f"stop with {name} {shown(stop.get(name))}: {reason}"

@@ -46,7 +46,7 @@ class VehicleDemand:
 
     @property
     def once(self) -> bool:
-        """Whether it drives its route once, or one of those it is drawn from, and not round and round."""
+        """Whether the vehicle drives its route once, and not round and round."""
         return not self.loop.closed or any(way.once for way, _ in self.ways)
 
     def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[VehicleDemand]:
@@ -67,7 +67,7 @@ class VehicleDemand:
         return float(since_s <= self.depart_s < end_s or not self.once)
 
     def _since_s(self, begin_s: float) -> float:
-        """Return since when whoever has departed is there [s]."""
+        """Return the time from which a departed vehicle is on the road [s]."""
         ways = [way.loop for way, _ in self.ways] or [self.loop]
         return -inf if any(way.closed for way in ways) else begin_s
 
@@ -84,7 +84,7 @@ class VehicleDemand:
                 yield replace(one, depart_s=depart_s, flow=None, stops=stops)
 
     def drawn(self, name: str, seed: int) -> Iterator[VehicleDemand]:
-        """Yield the vehicle of a name with its type and its way; nobody if it finds no way with that type."""
+        """Yield the vehicle of a name with its drawn type and route; nothing if the type has no route."""
         if not self.types and not self.ways:
             yield replace(self, id=name)
             return
@@ -139,7 +139,7 @@ class RoutesFile:
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
     def drawn(self, seed: int) -> RoutesFile:
-        """Return the same with what is drawn of each vehicle or flow as a run's seed has it."""
+        """Return a copy in which the run's seed has drawn the type and route of each vehicle and flow."""
         return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:

@@ -93,7 +93,7 @@ class VehicleType:
 
     @property
     def width_m(self) -> float:
-        """Width [m]: what the file says, or SUMO's for the class."""
+        """Width [m]: from the file, or SUMO's default for the class."""
         try:
             return float(self.attributes["width"])
         except (KeyError, ValueError):

@@ -33,7 +33,7 @@ _GZIP_MAGIC = b"\x1f\x8b"
 
 
 def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> ET.Element:
-    """Parse a whole file and return its root element, with what it includes in place, as SUMO has it.
+    """Parse a file and return its root element; included files stand in the place of their ``<include>``.
 
     Raises `error` if it cannot be read, or includes itself.
 
@@ -71,7 +71,7 @@ def included(file: Path) -> list[Path]:
 
 
 def check_included(file: Path, error: type[LoopgateError]) -> list[Path]:
-    """Return a file that SUMO reads by itself, and those that it includes.
+    """Return a file that SUMO reads by itself, and its included files.
 
     Raises `error` if one of them includes a file without a name, or itself: SUMO ends by a signal on these.
     """

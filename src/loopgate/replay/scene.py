@@ -56,7 +56,7 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """The rules by which vehicles drove: SUMO's own, or those of a gate."""
+        """The rules by which vehicles drove: SUMO's own, or a gate's."""
         gate = str(self.summary["gate"])
         return "SUMO's own rules" if gate == "open" else f"loopgate, {gate}"
 

@@ -53,7 +53,7 @@ class Blocked:
 
 
 class Standing(Protocol):
-    """What stands: closed streets, vehicles that have broken down, vehicles at long stops."""
+    """Closed streets, broken-down vehicles, and vehicles at long stops."""
 
     @property
     def incidents(self) -> Incidents:
@@ -144,7 +144,7 @@ class Containment:
         self._ways = ways
 
     def look(self) -> None:
-        """Stop what breaks down, shut what is blocked, and lead vehicles round it; call in each step."""
+        """Stop vehicles that break down, shut blocked places, lead vehicles round them; call in each step."""
         now = self._traffic.now_s
         self._break_down(now)
         if not self._gated:
@@ -168,7 +168,7 @@ class Containment:
                 self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
 
     def _withhold(self) -> None:
-        """Grant nothing to who is cut off, or has broken down: that would stand on the next crossing."""
+        """Grant nothing to a vehicle that is cut off or broken down: it would stand on the next crossing."""
         drivers, now = self._engine.driver_of, (self.broken | self._cut_offs) & self._engine.driver_of.keys()
         for vehicle in (self._withheld - now) & drivers.keys():
             if drivers[vehicle].row["withheld"] == STOPPING:
@@ -302,7 +302,7 @@ class Containment:
         self.roadside.look(self.blocked.keys() | self._lost.keys())
 
     def _leave(self, driver: Driver) -> None:
-        """Let a vehicle that cannot go on leave the road, if vehicles do; not one with stops of its own."""
+        """Let a vehicle without a way leave the road, with ``standing="leave"``; not a vehicle with stops."""
         if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
             self.roadside.take(driver)
 

@@ -169,7 +169,7 @@ class CollisionLog:
 
 
 def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> None:
-    """Enter a deadlock into the course and the events: each vehicle with the one it waits for."""
+    """Enter a deadlock into the course and the events: each vehicle with the vehicle that it waits for."""
     course.deadlocks.append(deadlock)
     course.outcome = "deadlock"
     ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]

@@ -1,4 +1,4 @@
-"""What stands in a run as its files say: incidents, and the stops of its vehicles."""
+"""Standing vehicles and closed roads of a run, from its incidents and stops."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from loopgate.simulation.ways_round import WaysRound
 
 @dataclass(frozen=True, slots=True)
 class PlannedStanding:
-    """What stands in a run.
+    """The standing vehicles and closed roads of a run.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class PlannedStanding:
 
 
 def find_ways_round(assembly: Assembly) -> WaysRound:
-    """Return the loops of a run, and the loops round what may stand on them."""
+    """Return the loops of a run, and the detours round planned closures and stops."""
     planned = (*assembly.departures, *assembly.other_ways)
     every = (*assembly.tracks, *(one.track for one in planned if one.track is not None))
     return WaysRound(assembly.network.edges, every, assembly.detours)

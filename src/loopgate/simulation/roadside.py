@@ -1,4 +1,4 @@
-"""Vehicles that no way leads round what stands leave the road, and come back when it is free."""
+"""Vehicles without a way round a blocked road leave it, and come back when it is free."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Roadside:
         self._out[vehicle] = Beside(vehicle, place, ahead, traffic.now_s)
 
     def look(self, avoided: AbstractSet[str]) -> None:
-        """Take note of who has parked and who is back; call back who waits for none of these places."""
+        """Record which vehicles have parked and which are back; call back vehicles whose places are free."""
         if not self._out:
             return
         now, there = self._traffic.now_s, set(self._traffic.vehicles())

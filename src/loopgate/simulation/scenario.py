@@ -288,7 +288,7 @@ class Scenario:
 
     @property
     def counts_vehicles(self) -> bool:
-        """Whether it says itself how many vehicles there are, or of what types, and not the route file."""
+        """Whether the scenario, and not the route file, gives the number or the types of vehicles."""
         return bool(self.vehicles or self.vehicles_per_km or self.on_loops or self.types)
 
     @property
@@ -298,7 +298,7 @@ class Scenario:
 
     @property
     def rule_for_negotiation(self) -> str:
-        """Name of the negotiation that says who goes first of all who may, with options behind a colon."""
+        """Name of the negotiation, which orders the requests of a moment, with options behind a colon."""
         return self.negotiation or ("oldest" if self.abstraction == "segments" else "pressure")
 
     @classmethod
@@ -383,7 +383,7 @@ def _rules() -> Mapping[str, Rule]:
 
 @lru_cache(maxsize=256)
 def _check_names(gate: str, negotiation: str) -> None:
-    """Check gate and negotiation as far as can be without roads; sweeps ask for the same ones many times."""
+    """Check gate and negotiation as far as possible without roads; cached for sweeps."""
     check_gate(gate)
     check_negotiation(negotiation)
 

@@ -113,7 +113,7 @@ class Session:
         return tallies
 
     def report(self, end_s: float) -> dict[str, Any]:
-        """Return the figures of what is about, of stops, departures and other ways, when it ends [s]."""
+        """Return the figures of traffic, stops, departures and reroutes at the end of the run [s]."""
         around = self.around.report() if self.around else {}
         other_ways = self.rerouting.report() if self.rerouting else {}
         other_ways |= self.containment.report() if self.containment else {}
@@ -197,7 +197,7 @@ def _with_trips(
 
 
 def _with_trip(tally: Tally, trip: Trip | None, session: Session, course: RunCourse) -> Tally:
-    """Return what a vehicle did, with the last part of its way: in that step it has no odometer."""
+    """Return the figures of a vehicle, with the last part of its way: in that step it has no odometer."""
     gone = session.departures.arrived.get(tally.vehicle)
     if trip is None or gone is None or gone.at_s <= course.begin_s:
         return replace(tally, trip=trip)

@@ -63,7 +63,7 @@ class SumoOptions:
 
 
 def sumo_options(scenario: Scenario) -> SumoOptions:
-    """Return what SUMO is told by a configuration and by a scenario's own words.
+    """Return the options for SUMO from a configuration and from a scenario.
 
     A configuration's options, outputs and additional files are passed on.
 

@@ -39,7 +39,7 @@ def unrolled(way: LoopWay, leg: int, *, closed: bool) -> LoopWay:
 
 
 def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: Mapping[str, int]) -> Layout:
-    """Return a layout in which each vehicle has one way, the one it drove, under a name of its own.
+    """Return a layout in which each vehicle has a single way, the driven way, under a name of its own.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The ways on which vehicles of a loop may go on: the loop, and the detours round what may stand on it."""
+"""The ways of a loop's vehicles: the loop, and the detours round blocked parts of it."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class WaysRound:
         return self._roads[leg.line.edge].to_junction
 
     def avoid(self, shut: AbstractSet[str], stuck: AbstractSet[str]) -> None:
-        """Take note of the places into which nobody is to be led, and of such junctions."""
+        """Record the places and junctions that vehicles are led round."""
         if shut != self._shut or stuck != self._stuck:
             self._shut, self._stuck = frozenset(shut), frozenset(stuck)
             self._free.clear()

@@ -208,7 +208,7 @@ def _work(pipe: Connection) -> None:
 
 
 def _is_spoiled() -> bool:
-    """Return whether SUMO has left a part of what it refused in this process: it is for no other run."""
+    """Return whether a refused input left remains in this process, so that no other run may use it."""
     backend = sys.modules.get("loopgate.traffic.libsumo_backend")
     return backend is not None and bool(backend.half_built)
 

@@ -81,7 +81,7 @@ class Phase:
 
 @dataclass(frozen=True, slots=True)
 class Program:
-    """The phases of a light, and whether they last as long as planned, whatever the traffic does."""
+    """The phases of a light, and whether their durations are fixed."""
 
     phases: tuple[Phase, ...]
     fixed: bool
@@ -160,7 +160,7 @@ class Traffic(Protocol):
         """
 
     def leave_gate(self, vehicle: str) -> None:
-        """Undo `put_under_gate`, and whatever holds the vehicle; it may be gone."""
+        """Undo `put_under_gate`, and all that holds the vehicle; it may be gone."""
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
         """Give the vehicle a route from its edge on; raise `TrafficError` if SUMO refuses the route."""
@@ -209,7 +209,7 @@ class Traffic(Protocol):
         """Undo `hold` and `brake`, standing or not."""
 
     def brake(self, vehicle: str, *, hard: bool = True) -> None:
-        """Stop a vehicle where it is: one that overruns its stop as hard as possible, another gently."""
+        """Stop a vehicle where it is: as hard as possible if it overruns its stop, else gently."""
 
     def stay_braked(self) -> None:
         """Stop vehicles again that were braked: their owner may have told them to drive since."""
@@ -255,7 +255,7 @@ class Traffic(Protocol):
         """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
 
     def stops_ended(self) -> Sequence[str]:
-        """Return the vehicles that left a stop in the last step, of whatever kind."""
+        """Return the vehicles that left a stop of any kind in the last step."""
 
     def collisions(self) -> Sequence[Collision]:
         """Return the collisions of the last step."""

@@ -35,7 +35,7 @@ class RunningSumo:
 
     @property
     def connection(self) -> object:
-        """The module or connection: the same for whoever else speaks to the same simulation by it."""
+        """The module or connection; all users of one simulation share it."""
         if getattr(self._api, "__name__", "") != "traci":
             return self._api
         return self._api.connection.get("")  # the current one
@@ -65,7 +65,7 @@ class RunningSumo:
         return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"
 
     def type_name(self, vehicle: str) -> str:
-        """Return the name of a vehicle's type; one with an @ is its own, since something of it was set."""
+        """Return the name of a vehicle's type; a name with an @ is a copy for this vehicle, made by SUMO."""
         return str(self._api.vehicle.getTypeID(vehicle))
 
     def kind(self, vehicle: str) -> VehicleType:
@@ -105,7 +105,7 @@ class RunningSumo:
 
 
 def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Callable[..., Any]]]:
-    """Return what it raises, and quicker ways to read vehicles."""
+    """Return the exceptions of a backend, and its faster ways to read vehicles."""
     if getattr(api, "__name__", "") == "libsumo":
         from loopgate.traffic import libsumo_backend
 

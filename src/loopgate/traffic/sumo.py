@@ -41,7 +41,7 @@ _RENEW_EVERY_S = 10.0
 
 
 class SumoTraffic(SumoStops, SumoLights):
-    """A SUMO simulation behind the `Traffic` protocol, which says what its calls do.
+    """A SUMO simulation behind the `Traffic` protocol, which documents the calls.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sending robots home one after the other, as far as that goes without searching.
+"""Sending robots home in turn, as far as possible without a search.
 
 Both rules lose nothing: what they do leaves every other robot at least the room it had, so a configuration
 is live iff it is live after them.

@@ -18,7 +18,7 @@ _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
 class ChainRule(LivenessProof):
-    """Promises that somebody can always move and that no circular wait ever forms; or more, see below.
+    """The chain rule: promises that some robot can always move and no circular wait forms, or more.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
     between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
@@ -158,7 +158,7 @@ class ChainRule(LivenessProof):
         return full.circle()
 
     def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
-        """As `closes` where places have several robots that may leave next: by peeling off what is free."""
+        """As `closes`, for places that several robots may leave next: by removing places that are free."""
         there = stand.after(robot)
         on_its_way = not self.layout.home[robot][there.at[robot]]
         if on_its_way:

@@ -7,7 +7,7 @@ from loopgate.gates.deadlocks import deadlocked
 
 
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
-    """Return the robots of `robots` that can never move again, whatever the other robots do.
+    """Return the robots of `robots` that can never move again.
 
     Robots not listed count as gone, but for those that stay for good. A robot may move some day if it heads
     its queue and its next state has room or may lose a robot, or if all before it in its queue may move.

@@ -208,7 +208,7 @@ def _components(moves: _Moves) -> Iterable[set[Configuration]]:
 def _shortest(
     moves: _Moves, start: Configuration, need: AbstractSet[int], goal: Configuration
 ) -> tuple[list[int], Configuration]:
-    """Return the fewest moves that end with one of a robot in `need`, or if there is none, in `goal`."""
+    """Return the shortest sequence of moves that ends with a move of a robot in `need`, or else in `goal`."""
     todo: deque[tuple[Configuration, tuple[int, ...]]] = deque([(start, ())])
     seen = {start}
     while True:

@@ -132,7 +132,7 @@ def _hubs(graph: LaneGraph, task: CoverTask) -> list[int]:
 
 
 def _over_depot(design: Design, tour: tuple[int, ...], hubs: Sequence[int]) -> tuple[int, ...]:
-    """Return the closed walk of a tour, with the shortest detour from one of its nodes over a hub."""
+    """Return the closed walk of a tour, with the shortest detour over a hub."""
     walk = design.ways.walk(tour)
     if set(hubs) & set(walk):
         return walk

@@ -52,7 +52,7 @@ class TourPlan:
 
 
 def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, seed: int) -> Iterator[TourPlan]:
-    """Yield ever better plans, `ROUNDS` and one in all; the last is the best found.
+    """Yield better and better plans, `ROUNDS` + 1 in all; the last plan is the best.
 
     First a tour through all is cut; tours that are several are gone on with, in half as many rounds. Then, in
     rounds, strings of streets are moved between tours, and pairs of tours are made anew: the cheapest

@@ -16,7 +16,7 @@ _CUT_AT = 4
 
 
 def assigned(cost: Floats) -> Ints:
-    """Return one tour through everything: the cheapest assignment of followers, patched.
+    """Return a tour through all nodes: the cheapest assignment of followers, patched.
 
     Karp ("A patching algorithm for the nonsymmetric traveling-salesman problem", SIAM J. Comput. 8, 1979).
     The diagonal of `cost` is that of a tour through one alone.
@@ -26,7 +26,7 @@ def assigned(cost: Floats) -> Ints:
 
 
 def joined(cost: Floats, tours: Sequence[Ints]) -> Ints:
-    """Return one tour made of several, by exchanging followers, the smallest first, where it costs least."""
+    """Join several tours into one by exchanging followers where it costs least, the smallest tour first."""
     following = np.empty(sum(map(len, tours)), dtype=np.int64)
     for tour in tours:
         following[tour] = np.roll(tour, -1)

@@ -97,7 +97,7 @@ class Agent:
         self._settle(self._mine)
 
     def receive(self, message: Message) -> None:
-        """Take a message; copies of one that came before are ignored."""
+        """Take a message; ignore copies of earlier messages."""
         if message.number in self._seen:
             return
         self._seen.add(message.number)

@@ -36,7 +36,7 @@ class DistributedRun:
 
 
 class _Negotiator:
-    """One robot's part in `Neg`: as a candidate, as the coordinator, and as one that agrees to a winner."""
+    """The part of a robot in `Neg`: candidate, coordinator, or voter for a winner."""
 
     def __init__(self, agent: Agent, network: MessageNetwork) -> None:
         self.agent = agent
@@ -80,7 +80,7 @@ class _Negotiator:
             self._network.send(Kind.AGREE, self.agent.robot, claim.robot, claim)
 
     def claim(self, robots: int) -> None:
-        """Ask all robots to agree, this one included; a robot that has agreed to another claims nothing."""
+        """Ask all robots, also this robot, to agree; a robot that has agreed to another claims nothing."""
         if self._agreed_to in {None, self.agent.robot}:
             self._agreed_to = self.agent.robot
             for other in range(robots):

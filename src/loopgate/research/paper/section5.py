@@ -21,7 +21,7 @@ from loopgate.research.theory.orders import order
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of the comparison: what, printed, ours, and why they differ (empty if they do not)."""
+    """A line of the comparison: quantity, printed figure, our figure, why they differ (or empty)."""
 
     what: str
     printed: str

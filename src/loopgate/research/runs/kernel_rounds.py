@@ -1,4 +1,4 @@
-"""Random rounds without a gate, compiled: at each step a robot drawn among the movable ones moves."""
+"""Random rounds without a gate, compiled: at each step a movable robot, drawn at random, moves."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Monte Carlo rounds: at each step a robot, drawn among those the gate admits, moves."""
+"""Monte Carlo rounds: at each step an admitted robot, drawn at random, moves."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""All configurations of a system without roads and clocks: those that a gate lets come about, and safety."""
+"""All configurations of a system without roads and clocks that a gate reaches, and whether they are safe."""
 
 from loopgate.research.state_space.exploration import ExplorationFigures, explore
 from loopgate.research.state_space.reach import Counterexample

@@ -55,7 +55,7 @@ def rehash(slots: Small, keys: Words, count: int) -> None:
 
 @kernel
 def stand(key: Words, arrays: Arrays, at: Ints, line: Ints, inside: Ints, head: Ints) -> None:
-    """Fill in positions and robots before each robot, and how many stand in each state and who is its head.
+    """Fill in the position of each robot, the robots before it, and the number and the head of each state.
 
     The head of a state that is not FIFO is any of its robots, that of an empty one -1.
     """
@@ -117,7 +117,7 @@ def expand(
     rests: NDArray[np.int16],
     arrays: Arrays,
 ) -> int:
-    """Visit the configurations `begin` to `end`; append new ones to `keys`; return how many there are.
+    """Visit the configurations `begin` to `end`, append new configurations to `keys`, return the new count.
 
     Writes each one's moves to `targets` and `movers` from ``first[k]`` on, whether it has a circular wait to
     `locked`, whether everyone is at home to `home`, and how many stay for good to `rests`. All arrays must

@@ -129,7 +129,7 @@ class Reach:
 
 
 def asking(space: StateSpace, gate: Gate) -> Ask | None:
-    """Return what asks `gate` about possible moves; None for ``open`` and ``collision``, which admit all."""
+    """Return the function that asks `gate` about moves; None for gates that admit all."""
     if type(gate) in (OpenGate, CollisionGate):  # what is derived from them decides as it likes
         return None
     return ask_gate(space, gate)

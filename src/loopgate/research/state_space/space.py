@@ -1,4 +1,4 @@
-"""All configurations that a system can reach, with their moves, and those that are live."""
+"""All configurations that a system can reach, their moves, and which are live."""
 
 from collections.abc import Callable
 from functools import cached_property

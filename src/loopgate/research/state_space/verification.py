@@ -82,7 +82,7 @@ class Verification:
 
     @property
     def coverage(self) -> float | None:
-        """Configurations the gate lets come about, over those that could; None for walks."""
+        """Share of the reachable configurations that the gate reaches; None for walks."""
         return self.explored / self.reachable_live if self.reachable_live else None
 
     def __add__(self, other: Verification) -> Verification:

@@ -105,7 +105,7 @@ def _ask(
     counts: Counter[str],
     each: Each,
 ) -> tuple[list[int], tuple[str, int] | None]:
-    """Ask a gate about every robot; return the admitted robots, and the one that breaks the promise."""
+    """Ask a gate about every robot; return the admitted robots and one whose move breaks the promise."""
     broken: tuple[str, int] | None = None
     admitted = []
     counts["configurations"] += 1

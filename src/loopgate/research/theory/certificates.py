@@ -20,7 +20,7 @@ _MOST_CONFIGURATIONS = 250_000
 
 
 class CertificateError(LoopgateError):
-    """A certificate that does not show what it claims."""
+    """A certificate that does not prove its claim."""
 
 
 def check_certificate(system: System, certificate: Mapping[str, Any]) -> None:
@@ -66,7 +66,7 @@ class _Check:
         self._robot = self._number[certificate["robot"]]
 
     def run(self) -> None:
-        """Check the configuration, then what the kind of certificate demands."""
+        """Check the configuration, then the evidence for this kind of certificate."""
         self._possible()
         kind, verdict = self._certificate["kind"], self._certificate["verdict"]
         admitting = {"home": self._home, "round": self._round, "rest": self._rest}

@@ -136,7 +136,7 @@ class Group:
 def follow_proof(
     places: Places, proof: Sequence[Mapping[str, Any]], there: Configuration, fail: Callable[[str], None]
 ) -> None:
-    """Check each line of `proof`, the last of which must be about `there`; call `fail` with what is wrong.
+    """Check each line of `proof`; the last line must be about `there`; call `fail` with the first fault.
 
     Lines are those of the certified gate's proofs: ``wait``, ``harmless`` with ``to``, or ``moves``. Each
     refers to earlier lines only, so that no claim rests on itself. O(lines * robots^2 * path).

@@ -41,7 +41,7 @@ def digraph(system: System) -> nx.MultiDiGraph[StateId]:
 
 
 def proposition1(system: System) -> list[DoubleEdge]:
-    """Return the pairs of states connected by edges of two or more colours, whatever their direction.
+    """Return the pairs of states connected by edges of two or more colours, in either direction.
 
     Empty iff Prop. 1 holds. Such states should have been one state: the segments behind them touch.
     """

@@ -96,7 +96,7 @@ class Orders:
         return self._circuit_orders[standing]
 
     def _steps(self, standing: _Standing) -> Iterator[_Standing]:
-        """Yield where the robots stand after each possible step of one of them."""
+        """Yield the positions of the robots after each possible step of a robot."""
         paths = self._system.paths
         occupied = {paths[robot][position] for robot, position in standing}
         for index, (robot, position) in enumerate(standing):

@@ -57,7 +57,7 @@ class Places:
         return self.system.room[state] > len(others)
 
     def wide(self, state: int) -> bool:
-        """Return whether the state can block and holds two robots or more besides those that end there."""
+        """Return whether the state can block and holds two or more robots besides robots that end there."""
         ends = self._ends.get(state, [])
         holds_all = state not in self._fifo and self.system.room[state] >= len(self.system.visitors[state])
         if self.system.private[state] or holds_all:

@@ -136,7 +136,7 @@ def _path(
     neighbours: set[frozenset[StateId]],
     rng: random.Random,
 ) -> list[StateId]:
-    """Order the states, with private ones among them; where Prop. 1 cannot be kept, leave states out."""
+    """Order the states, with private states between; leave states out where Prop. 1 would fail."""
     own = [StateId(f"p{number}_{k}" if k else f"p{number}") for k in range(shape.private)]
     left = list(states)
     while True:

@@ -23,7 +23,7 @@ _CAR_M = 5.0
 
 
 class Driven(Protocol):
-    """A track, or what else has legs."""
+    """A track, or another object with legs."""
 
     @property
     def legs(self) -> Sequence[Leg]:
@@ -32,7 +32,7 @@ class Driven(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """A way across the junction whose vehicles nothing keeps clear of those that set out.
+    """A way across the junction whose vehicles do not yield to a vehicle that sets out.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Way:
 
 
 class CrossingWays:
-    """Finds the ways of vehicles in a network; all its movements count, also those that no loop makes.
+    """Finds the ways of vehicles over all movements of a network, also movements on no loop.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class CrossingWays:
         return tuple(self.way(track, position) for position in range(len(track.legs)))
 
     def knows(self, movement: str) -> bool:
-        """Return whether a movement is one of the network's."""
+        """Return whether the network has a movement."""
         return movement in self._movements
 
     def place(self, track: Driven, position: int) -> Place:
@@ -222,7 +222,7 @@ class CrossingWays:
     def _foes(
         self, movement: Connection, junctions: Container[str]
     ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
-        """Return the lanes of conflicting movements, those unseen, and the ways to look out for.
+        """Return the lanes of conflicting movements, the unseen lanes, and the ways to look out for.
 
         The movement is one of a crossing over `junctions`.
         """
@@ -242,7 +242,7 @@ class CrossingWays:
         return tuple(lanes), tuple(unseen), tuple(comers)
 
     def _past(self, movement: Connection, foes: Iterable[str]) -> dict[str, float]:
-        """Return from where on a rear on some lanes leaves room for the movement, but for those it joins."""
+        """Return the position on each lane from which a rear leaves room for the movement."""
         if not movement.via:
             return {}
         near = self._line(movement.via).buffer(_ABREAST_M)
@@ -276,7 +276,7 @@ class CrossingWays:
         return not self._yields(movement, other) and self._waits_in_way(other, movement)
 
     def _waits_in_way(self, movement: Connection, other: Connection) -> bool:
-        """Return whether one that waits inside the junction would touch those on another way."""
+        """Return whether a vehicle that waits inside the junction would touch vehicles on another way."""
         if len(movement.via) == 1 or not other.via:
             return False
         first = self._line(movement.via[:1])

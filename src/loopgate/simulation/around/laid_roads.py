@@ -25,14 +25,14 @@ class _Way(NamedTuple):
 
 
 class _Behind(NamedTuple):
-    """Lanes between the junctions behind a leg, and what to look out for there, by the number of the pass."""
+    """Lanes between the junctions behind a leg, and the lookouts there, by the number of the pass."""
 
     between: list[Lane]
     lookouts: dict[int, Lookout]
 
 
 class LaidRoads:
-    """The roads of a network, and what vehicles look out for on their paths.
+    """The roads of a network, and the lookouts of vehicles on their paths.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class LaidRoads:
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
     def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
-        """Add to the legs of a path where they lie, and what is to be looked out for behind them."""
+        """Add to the legs of a path their positions and the lookouts behind them."""
         drawn = _Way(way)
         for position, leg in enumerate(path):
             place = self._find.place(drawn, position)
@@ -68,7 +68,7 @@ class LaidRoads:
         self.slack.know(path)
 
     def _behind(self, way: _Way, position: int) -> _Behind:
-        """Return what lies behind a leg; the same of all legs that end there before the same crossing."""
+        """Return the lanes and lookouts behind a leg; legs that end before one crossing share them."""
         leg = way.legs[position]
         key = leg.line, tuple(crossing.id for crossing in leg.crossings)
         if key not in self._known:

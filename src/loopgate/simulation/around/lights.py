@@ -18,7 +18,7 @@ _LONG_RED_S = 300.0
 
 
 def signals_of(network: RoadNetwork) -> list[Signal]:
-    """Return what the lights of a network show to its movements."""
+    """Return the signals of a network's lights for its movements."""
     found = []
     for movement in network.connections:
         if movement.signal is not None:

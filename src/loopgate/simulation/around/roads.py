@@ -19,7 +19,7 @@ __all__ = ["Roads"]
 
 
 class Roads:
-    """The tables of the roads, and the numbers of what is in them.
+    """The tables of the roads, and the numbers of their rows.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Roads:
         return [(self.edge(e), self.junctions.get((e, ahead), int(NOBODY))) for e, ahead in pairwise(names)]
 
     def _links(self, network: RoadNetwork) -> tuple[NDArray[Any], dict[str, list[int]]]:
-        """Return the links, and where those of each lane are among them."""
+        """Return the links, and the slice of links of each lane."""
         ahead: dict[str, dict[int, int]] = defaultdict(dict)
         behind: dict[str, dict[int, int]] = defaultdict(dict)
         for c in network.connections:

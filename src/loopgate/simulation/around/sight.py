@@ -81,7 +81,7 @@ class Sight:
         return len(self._met)
 
     def plan(self, ways: Ways) -> None:
-        """Take over what lies before the gated vehicles, the first time or anew."""
+        """Read the ways before the gated vehicles, the first time or anew."""
         self._tables |= ways.tables
         ways.place_on_lanes(self._tables["lanes"])
         numbers = (self._keeper.number(state) for state in ways.states)
@@ -96,7 +96,7 @@ class Sight:
         self._keeper.look_around(self._tables, self._names, self.look)
 
     def _make_room(self, name: str, length: int) -> None:
-        """Make room for so many rows in one of the tables that grow."""
+        """Make room for a number of rows in a growing table."""
         before = self._tables[name]
         self._tables[name] = made = np.zeros((length, *before.shape[1:]), dtype=before.dtype).view(
             type(before)
@@ -210,7 +210,7 @@ class Sight:
         return begin, self._routes_end
 
     def _gather_routes(self, more: int) -> None:
-        """Write the routes of those that are there one after the other, with room for so many edges more."""
+        """Write the routes of present vehicles into one array, with room for more edges."""
         before, others, end = self._tables["routes"], self._tables["others"], 0
         kept: list[NDArray[np.int64]] = []
         for row in self._rows.values():

@@ -64,7 +64,7 @@ class Surroundings:
             self._sight = Sight(self._roads, traffic, engine, keeper, timetable)
 
     def plan(self, itineraries: Iterable[Itinerary], tracks: Iterable[Track]) -> None:
-        """Take over what the vehicles drive by, the first time or anew.
+        """Read the paths of the vehicles, the first time or anew.
 
         Parameters
         ----------

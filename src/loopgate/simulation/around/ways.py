@@ -1,4 +1,4 @@
-"""What lies before gated vehicles, in tables of ordinary traffic (`loopgate.drive.around`)."""
+"""The ways before gated vehicles, in tables of ordinary traffic (`loopgate.drive.around`)."""
 
 from __future__ import annotations
 

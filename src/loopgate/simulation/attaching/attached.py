@@ -209,7 +209,7 @@ class Attached:
             self._send_home(vehicle)
 
     def block(self, *names: str) -> None:
-        """Say what stands for good: no vehicle is let in there, and vehicles are led round it.
+        """Block a vehicle, edge or lane that stands for good: no vehicle enters, vehicles are led round it.
 
         A vehicle that stands on the road at a stop for more than 300 s needs not be named.
 
@@ -226,7 +226,7 @@ class Attached:
         self._contained.block(names)
 
     def free(self, *names: str) -> None:
-        """Say that what was blocked is so no longer: vehicles go back to their loops.
+        """Free a blocked vehicle, edge or lane: vehicles go back to their loops.
 
         Raises
         ------
@@ -283,7 +283,7 @@ class Attached:
         self._latest_s = now
 
     def _check_kinds(self) -> None:
-        """Refuse what the owner sets of a vehicle if no gate can count on it; no more is read of most.
+        """Refuse settings of the owner that no gate can count on.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Contains what stands in an owner's simulation: what the owner names, and vehicles at long stops."""
+"""Contains standing vehicles and closed roads in an owner's simulation."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _EVERY_S = 1.0
 
 
 class OwnersStanding:
-    """What stands in an owner's simulation."""
+    """The standing vehicles and closed roads of an owner's simulation."""
 
     brakes = False
     """The owner stops a vehicle that breaks down."""
@@ -49,7 +49,7 @@ class OwnersStanding:
         return list(self._at_stops)
 
     def vehicles(self) -> list[str]:
-        """Return the vehicles that the owner has named, and those at long stops."""
+        """Return the vehicles that the owner has named, and the vehicles at long stops."""
         return [*(one.vehicle for one in self.incidents.breakdowns), *self.at_long_stop()]
 
     def keeps_loop(self, vehicle: str) -> bool:
@@ -58,7 +58,7 @@ class OwnersStanding:
 
 
 class OwnersContainment:
-    """Lets nobody in behind what stands, and leads vehicles round it.
+    """Keeps vehicles from entering behind a standing vehicle, and leads them round it.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class OwnersContainment:
         )
 
     def block(self, names: Iterable[str]) -> None:
-        """Take note of vehicles that stand, and of edges and lanes onto which nobody may be let.
+        """Record standing vehicles, and closed edges and lanes.
 
         Raises
         ------
@@ -146,7 +146,7 @@ class OwnersContainment:
         )
 
     def look(self) -> None:
-        """Shut what is blocked, and lead vehicles round it; call in each step before vehicles are asked."""
+        """Shut blocked places, and lead vehicles round them; call in each step before vehicles are asked."""
         now = self._sumo.traffic.now_s
         self._queue.fleet.engine.open_up()
         if now >= self._next_s:
@@ -167,7 +167,7 @@ class OwnersContainment:
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
-        """Find ways round what has come to stand since the last call, and lay them."""
+        """Find and lay ways round everything that has come to stand since the last call."""
         fresh = [edges for edges in dict.fromkeys(self._stand_on()) if edges not in self._avoided]
         if not fresh:
             return
@@ -213,7 +213,7 @@ class OwnersContainment:
             yield frozenset(closed.union(*each))
 
     def _around(self, driver: Driver) -> Sequence[AbstractSet[str]]:
-        """Return the edges of the places that a vehicle holds; and those into a junction in which it is."""
+        """Return the edges of the places that a vehicle holds, and the edges into its junction."""
         held = [driver.leg(leg).line.edge for leg in range(int(driver.row["tail"]), driver.granted + 1)]
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]
         crossed = {edge: self._into[self._network.edges[edge].from_junction] for edge in held[1:]}

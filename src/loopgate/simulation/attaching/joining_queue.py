@@ -176,7 +176,7 @@ class JoiningQueue:
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
     def _take_in(self) -> None:
-        """Hold newcomers back, and let those join that can."""
+        """Hold newcomers back, and let newcomers join as soon as they can."""
         if self._next is not None and not self._replan(self._next):
             return
         now = self._traffic.now_s

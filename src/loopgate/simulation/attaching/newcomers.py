@@ -99,7 +99,7 @@ class Newcomer:
         return min(arcs, key=lambda arc: abs((arc - self.arc_m + lap_m / 2) % lap_m - lap_m / 2))
 
     def _edge_number(self, traffic: Traffic, edge: str) -> int:
-        """Return the index of an edge on the loop; if there are two, the one with the same next edge."""
+        """Return the index of an edge on the loop; of two, the index with the same next edge."""
         edges = self.loop.edges
         numbers = [number for number, name in enumerate(edges) if name == edge]
         route, at = traffic.route(self.vehicle)

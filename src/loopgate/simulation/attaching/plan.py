@@ -49,7 +49,7 @@ class Plan:
 
     @property
     def tracks(self) -> list[Track]:
-        """One of each loop, of no vehicle."""
+        """A track of each loop, without a vehicle."""
         return list(self._tracks.values())
 
     def track(self, vehicle: str, loop: str, *, front_m: float, position: int) -> Track:

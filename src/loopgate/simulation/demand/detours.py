@@ -138,7 +138,7 @@ def find_detours(
     incidents: Incidents,
     beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
-    """Return the loops that may be needed while something stands, without those that do not work as queues.
+    """Return the detours that may be needed while a road is blocked and that work as queues.
 
     Needed are loops round each closed edge, round all that are closed at once, round each edge of the loop
     of a vehicle that breaks down and the junction before it, with what is closed then, and round each edge on
@@ -165,7 +165,7 @@ def find_detours_round(
     each: Iterable[AbstractSet[str]],
     beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
-    """Return the loops round each of some sets of edges, without those that do not work as queues.
+    """Return the loops round each set of edges, without loops that do not work as queues.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def edges_into(network: RoadNetwork) -> Mapping[str, AbstractSet[str]]:
 
 
 def stands_long(stop: Stop) -> bool:
-    """Return whether a stop is one that vehicles are led round: on the road, and long or of unknown end."""
+    """Return whether vehicles are led round a stop: it is on the road, and long or of unknown end."""
     return not stop.parks and (stop.duration_s > LONG_STOP_S or bool(stop.triggers))
 
 

@@ -1,4 +1,4 @@
-"""Too many vehicles, told from the flows alone: before the network is read and what runs need is loaded."""
+"""Refuses too many vehicles by the flows alone, before the network is read."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -16,7 +16,7 @@ _LARGEST_BYTES = 4_000_000
 
 
 def refuse_too_many(scenario: Scenario) -> None:
-    """Refuse flows of more vehicles than any run may have; what is less clear is for the run to judge.
+    """Refuse flows of more vehicles than any run may have; the run judges unclear cases.
 
     Raises
     ------

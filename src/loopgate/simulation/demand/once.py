@@ -103,7 +103,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
 
 
 def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
-    """Return a vehicle led over other lanes of its edges, inside junctions longer or shorter ones."""
+    """Return a vehicle led over other lanes of its edges."""
     begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
     return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
@@ -118,7 +118,7 @@ def _counted(way: Loop) -> Iterator[str]:
 
 
 def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
-    """Return one of no name on each further way between the ends of vehicles that may be led another way.
+    """Return a nameless vehicle on each further way between the ends of vehicles that may be rerouted.
 
     It begins on the lane on which they do.
     """
@@ -176,7 +176,7 @@ def left_out(unfit: Mapping[str, Sequence[VehicleDemand]]) -> Iterator[str]:
 def find_unfit(
     network: RoadNetwork, staying: Sequence[VehicleDemand], asked: Sequence[VehicleDemand]
 ) -> dict[str, list[VehicleDemand]]:
-    """Return, by reason, those of `asked` whose ways do not work as queues beside all others.
+    """Return, by reason, the vehicles of `asked` whose ways do not work as queues beside all others.
 
     Raises
     ------

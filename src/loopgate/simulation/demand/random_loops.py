@@ -105,7 +105,7 @@ def _dropped(reasons: Sequence[str]) -> str:
 
 
 def _not_together(network: RoadNetwork, loops: Sequence[Loop], kind: VehicleType) -> RefusedLoopError | None:
-    """Return why one of the loops, each of which works alone, does not work beside the others.
+    """Return why a loop that works alone does not work beside the others.
 
     Where one loop changes lanes, or on the other lane of a narrow street, another loses places.
     """

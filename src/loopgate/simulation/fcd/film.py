@@ -125,7 +125,7 @@ class Film:
         return entered
 
     def _passed(self, before: str, after: str) -> list[str]:
-        """Return the edges entered between two frames: the new one, after short ones that no frame shows."""
+        """Return the edges entered between two frames: short edges that no frame shows, then the new edge."""
         if (before, after) not in self._ways:
             found, ahead = [after], [[before]] if before in self._network.edges else []
             for _ in range(_MOST_SKIPPED + 1):

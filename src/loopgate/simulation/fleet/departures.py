@@ -81,11 +81,11 @@ class Departures:
 
     @property
     def over(self) -> bool:
-        """Whether nobody is still to depart."""
+        """Whether every vehicle has departed."""
         return not self._coming
 
     def look(self) -> None:
-        """Do what is due after a step."""
+        """Let vehicles depart that are due after a step."""
 
     def delay_s(self, vehicle: str, now_s: float) -> float:
         """Return for how long a vehicle waited to depart, or has waited so far [s]."""

@@ -33,7 +33,7 @@ from loopgate.vehicles.air import AirSettings
 
 @dataclass(frozen=True, slots=True)
 class Rules:
-    """By what vehicles are let go.
+    """The rules by which vehicles get grants.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class Fleet:
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
     ) -> None:
-        """Set the itineraries and tracks of all vehicles, present and later, in place of earlier ones.
+        """Replace the itineraries and tracks of all vehicles, present and later.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class Fleet:
         return True
 
     def _with(self, tracks: Sequence[Track], beyond: int = 0) -> tuple[System, Gate] | None:
-        """Return the system and the gate with those who join; None if the gate goes on as it is.
+        """Return the system and the gate with the joining vehicles; None if the gate goes on as it is.
 
         Raises
         ------
@@ -214,7 +214,7 @@ class Fleet:
         return closes_by_entering(keeper, here, free=free, onward=there)
 
     def let_go(self, vehicles: Iterable[str], reason: str) -> bool:
-        """Let those go that are under the gate; return whether anybody is: then `answer` has to follow."""
+        """Let vehicles under the gate go; return whether there are any: then `answer` has to follow."""
         leaving = sorted(set(vehicles) & self.members.keys())
         if not leaving:
             return False
@@ -233,7 +233,7 @@ class Fleet:
         return True
 
     def _make(self, joining: Sequence[Track]) -> tuple[System, Gate]:
-        """Make system and gate anew, with those who join.
+        """Make system and gate anew, with the joining vehicles.
 
         Raises
         ------

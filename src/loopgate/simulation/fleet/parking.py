@@ -111,7 +111,7 @@ class Parking:
         return room and driver.id in self._coming and self._is_clear(driver)
 
     def _is_clear(self, driver: Driver) -> bool:
-        """Return whether whoever comes from behind can brake for it: SUMO lets it in before others at speed.
+        """Return whether vehicles from behind can brake for it: SUMO lets it in before others at speed.
 
         They drive on for a step, and then have a second to react. One that stands before its own stop, as at
         a car park that is full, does not start before this one has gone.

@@ -130,7 +130,7 @@ class Holding(_Spacing):
     """Says for how long the drive may pass over the request of each vehicle that is ahead."""
 
     def look(self) -> None:
-        """Bring up to date what each may be held for; below 0 who is behind."""
+        """Renew how long each vehicle may be held; below 0 for a vehicle that is behind."""
         self._engine.vehicles["spare_s"] = _HOLD_S * self._early()
 
 

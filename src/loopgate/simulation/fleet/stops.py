@@ -74,7 +74,7 @@ class _Way:
 
 
 class Stops:
-    """Sets the stops of vehicles, and tells the drive where the next ones are.
+    """Sets the stops of vehicles, and tells the drive where the next stops are.
 
     SUMO knows of all stops of the next round, so that persons find a line that goes where they want to. Where
     a loop passes a road several times it is told of a stop there only when the vehicle has passed that road

@@ -91,7 +91,7 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 def leading_devices(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], rerouted: AbstractSet[str] = frozenset()
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return which of these devices gated vehicles would have, and what to say of it.
+    """Return which of these devices gated vehicles would have, and a warning about them.
 
     Vehicles that are `rerouted` go without SUMO's device for that, too.
 

@@ -172,7 +172,7 @@ def write_sumo_input(
 
 
 def without_vehicles(files: Sequence[Path], holding: Collection[Path], folder: Path) -> tuple[Path, ...]:
-    """Return additional files for SUMO to load: of those `holding` vehicles copies in `folder` without them.
+    """Return additional files for SUMO to load; files `holding` vehicles are copied without them to `folder`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What in additional files would lead vehicles under a gate off their ways, or take them out."""
+"""Elements of additional files that would lead gated vehicles off their ways, or remove them."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -64,13 +64,13 @@ def _inside(element: ET.Element, tags: Iterable[str]) -> Iterator[ET.Element]:
 
 
 def _closed(one: ET.Element) -> str:
-    """Return the edge that is closed, or one of whose lanes is."""
+    """Return the edge that is closed, wholly or by lane."""
     name = one.get("id", "")
     return name if one.tag == "closingReroute" else name.rpartition("_")[0]
 
 
 def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
-    """Yield edges, and what is done there to vehicles that no gate can work with."""
+    """Yield edges, and the effect there on vehicles that no gate can work with."""
     edge = element.get("edge") or element.get("lane", "").rpartition("_")[0]
     if element.tag == "calibrator" and not element.get("vTypes"):
         yield edge, "takes vehicles out on {edge}, which is on loop {loop}; give it vTypes of others"

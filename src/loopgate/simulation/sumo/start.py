@@ -122,7 +122,7 @@ def _backend(
     tuple[type[Exception], ...],
     Mapping[str, Callable[..., Any]],
 ]:
-    """Return what starts SUMO and what ends it (None: what was started does), errors, and readings."""
+    """Return the functions that start and end SUMO (or None), its errors, and readings."""
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 

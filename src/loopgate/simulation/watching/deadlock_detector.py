@@ -65,7 +65,7 @@ ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
 
 
 class Watched(Protocol):
-    """What `DeadlockDetector` asks of a simulation: a running one, or one that is played back."""
+    """The part of a running or played-back simulation that `DeadlockDetector` needs."""
 
     @property
     def now_s(self) -> float:

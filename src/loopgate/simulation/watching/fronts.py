@@ -1,4 +1,4 @@
-"""Where every vehicle is on its loop, step by step: what the drive reads anyway, kept for the replay."""
+"""The position of every vehicle on its loop, step by step, recorded for the replay."""
 
 from __future__ import annotations
 

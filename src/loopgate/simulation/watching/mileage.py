@@ -46,7 +46,7 @@ class Driven:
 
 
 class Mileage:
-    """Counts for vehicles under no gate what the drive counts for those on loops: see `loopgate.drive.sense`.
+    """Counts distance and standing of vehicles without a gate, as `loopgate.drive.sense` does for loops.
 
     The distance is what was driven: where the odometer leaps, as SUMO's does when a train turns round, the
     speed counts in that step.
@@ -124,7 +124,7 @@ class Mileage:
         self._there, self._rows = there, rows
 
     def measure_from_now(self) -> None:
-        """Forget what was counted so far."""
+        """Set all counts to zero."""
         self.begin_s = self._traffic.now_s
         self._driven_m[:] = self._stood_s[:] = 0.0
 
@@ -136,7 +136,7 @@ class Mileage:
         return row
 
     def of(self, trip: Trip) -> Driven:
-        """Return what the vehicle of a trip did in the measured time."""
+        """Return the figures of a trip's vehicle in the measured time."""
         vehicle, step_s = trip.vehicle, self._traffic.step_s
         row = self._row_of.get(vehicle)
         gone_s = self._gone_s.get(vehicle, self._traffic.now_s)

@@ -73,7 +73,7 @@ def _unknown(_: str) -> str:
 
 
 class StarvationWatch:
-    """Looks now and then at all vehicles under the gate, and names those that starve.
+    """Checks all gated vehicles at intervals, and names the vehicles that starve.
 
     A vehicle starves if for `after_s` it has been granted no place and has not driven a hundred metres,
     and it is not at a stop of its own. It starves behind the first
@@ -157,7 +157,7 @@ class StarvationWatch:
         return long
 
     def _behind(self, robot: int, ids: Sequence[str], now: float) -> tuple[str, str]:
-        """Return the vehicle that stands ahead of one that starves, and why it does."""
+        """Return the vehicle that stands ahead of a starving vehicle, and why it stands."""
         everyone = len(ids) - 1
         queue, seen = deque([robot]), {robot}
         while queue:
@@ -174,7 +174,7 @@ class StarvationWatch:
         return "", str(reason.value if reason else "queue")
 
     def _ahead(self, robot: int) -> list[int]:
-        """Return the vehicle that another waits for: the first in line, else the one that blocks it."""
+        """Return the vehicle that another waits for: the first in line, else the blocking vehicle."""
         state = self._keeper.here(robot)
         line = self._keeper.line(state)
         if line and line[0] != robot:

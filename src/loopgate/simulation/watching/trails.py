@@ -27,7 +27,7 @@ def _kept() -> deque[Any]:
 
 
 class Trails:
-    """Remembers over which lanes vehicles came, and when gated ones were let go.
+    """Remembers over which lanes vehicles came, and when gated vehicles got their grants.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Streets that nobody drove onto while a place on their loops was blocked."""
+"""Streets that no vehicle entered while a place on their loops was blocked."""
 
 from __future__ import annotations
 
