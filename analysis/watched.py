@@ -281,8 +281,8 @@ def overview(tables: str) -> str:
         own = min(
             (name for name in found if name.startswith("SUMO")), key=lambda name: _first(found[name][MEAN])
         )
-        row = {"network, vehicles, loops": what.removeprefix("**"), "seeds": seeds.removesuffix(" seeds")}
-        columns = {"SUMO": own} | {rule: f"loopgate, {rule}" for rule in ("none", "hold", "advice")}
+        row = {"network, vehicles, loops": what.removeprefix("**")}
+        columns = {"SUMO": own} | {rule: f"loopgate, {rule}" for rule in ("hold", "advice")}
         for short, title in ((MEAN, "mean"), (WORST, "worst")):
             for column, rule in columns.items():
                 row[f"{title}: {column}"] = found.get(rule, {}).get(short, "")
