@@ -57,8 +57,8 @@ _OF_EVENTS = (
 
 def _undrawn() -> AbstractContextManager[object]:
     """Let a report be written without its figures being drawn."""
-    no_png = SimpleNamespace(svg_to_png=lambda _svg, scale: bytes(int(scale)))
-    return mock.patch.multiple(page, spec_svg=lambda _spec: "<svg/>", vl_convert=no_png)
+    undrawn = SimpleNamespace(svg_to_png=lambda _svg, scale: bytes(int(scale)), svg_to_pdf=lambda _svg: b"")
+    return mock.patch.multiple(page, spec_svg=lambda _spec: "<svg/>", vl_convert=undrawn)
 
 
 def _report(folder: Path, random: Random) -> None:

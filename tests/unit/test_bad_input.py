@@ -482,6 +482,7 @@ def _without(pattern: str, instead: str = "") -> str:
         (_without(r'incLanes="p2c_0 l1_0"', 'incLanes=""'), "junction M1: incLanes lacks "),
         (_without(r'(?<=foes="00" )cont="0"', 'cont="true"'), "junction D1: request 0 has cont, but its"),
         (_without(r'intLanes=":X12_0_0 ', 'intLanes="'), "junction X12: 3 lanes in intLanes for 4 requests"),
+        (_without(r'    <junction id=":X13_4_0"[^>]*/>\n'), "no internal junction :X13_4_0 between internal edge"),
     ],
 )
 def test_networks_on_which_sumo_ends_by_a_signal(tmp_path: Path, spoiled: str, says: str) -> None:

@@ -12,17 +12,25 @@ from typing import Any
 from loopgate.errors import NetworkError
 
 
-def check_inside(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -> None:  # noqa: ANN401  sumolib has no types
+def check_inside(
+    net: Any,  # noqa: ANN401  sumolib has no types
+    file: Path,
+    waiting: Collection[tuple[str, int]],
+    between: Collection[str],
+) -> None:
     """Raise `NetworkError` if the lanes inside junctions do not fit.
 
     Parameters
     ----------
     waiting
         Requests with ``cont``, as junction and index: a vehicle may wait on the first of two internal lanes.
+    between
+        Junctions between two internal lanes, each named like the second.
     """
     _check_named(net, file)
     _check_led_over(net, file)
     _check_waiting(net, file, waiting)
+    _check_between(net, file, between)
     _check_listed(net, file)
 
 
@@ -91,6 +99,20 @@ def _check_waiting(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -
             what = (
                 f"junction {name}: request {index} has cont, but its movement only the internal lane {lane}"
             )
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_between(net: Any, file: Path, between: Collection[str]) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if there is no junction between two internal lanes of one movement.
+
+    SUMO ends by a signal as soon as a vehicle would wait there.
+    """
+    for first in (edge for edge in net.getEdges() if edge.getFunction() == "internal"):
+        movements = (c for some in first.getOutgoing().values() for c in some)
+        seconds = (c.getViaLaneID() for c in movements)
+        if lane := next((lane for lane in seconds if lane and lane not in between), ""):
+            what = f"there is no internal junction {lane} between internal edge {first.getID()} and lane {lane}"
             msg = f"{file}: {what}: build the network anew with netconvert"
             raise NetworkError(msg)
 

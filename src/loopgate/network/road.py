@@ -249,17 +249,20 @@ def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types
 
 
 class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no types
-    """Reads a network with sumolib, and also which movements may wait inside a junction.
+    """Reads a network with sumolib, and also which movements may wait inside a junction, and where.
 
     Attributes
     ----------
     waiting
         Junction and index of each request with ``cont``.
+    between
+        Junctions between two internal lanes of a movement, by the second lane.
     """
 
     def __init__(self) -> None:
         super().__init__(withInternal=True)
         self.waiting: set[tuple[str, int]] = set()
+        self.between: set[str] = set()
         self._junction = ""
 
     def startElement(self, name: str, attrs: Mapping[str, str]) -> None:  # noqa: N802  named by sumolib
@@ -267,6 +270,7 @@ class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no ty
         super().startElement(name, attrs)
         if name == "junction":
             self._junction = attrs["id"]
+            self.between.update([self._junction] if attrs.get("type") == "internal" else ())
         elif name == "request" and attrs.get("cont", "0").lower() in _TRUE:
             self.waiting.add((self._junction, int(attrs["index"])))
 
@@ -279,7 +283,7 @@ def _parse(file: Path) -> _Reader:
 
 
 def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwork:
-    net, waiting = reader.getNet(), reader.waiting
+    net = reader.getNet()
     classes: dict[frozenset[str], frozenset[str]] = {}  # a few sets, shared by thousands of lanes
     lanes: dict[str, Lane] = {}
     edges: dict[str, Edge] = {}
@@ -330,7 +334,7 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
         for c in lane.getOutgoing()
         if c.getTo().getID() in edges
     )
-    check_inside(net, file, waiting)
+    check_inside(net, file, reader.waiting, reader.between)
     junctions = {node.getID(): _junction(node) for node in net.getNodes()}
     return RoadNetwork(
         name=name,
