@@ -112,7 +112,7 @@ def _check_between(net: Any, file: Path, between: Collection[str]) -> None:  # n
         movements = (c for some in first.getOutgoing().values() for c in some)
         seconds = (c.getViaLaneID() for c in movements)
         if lane := next((lane for lane in seconds if lane and lane not in between), ""):
-            what = f"there is no internal junction {lane} between internal edge {first.getID()} and lane {lane}"
+            what = f"there is no internal junction {lane} between edge {first.getID()} and lane {lane}"
             msg = f"{file}: {what}: build the network anew with netconvert"
             raise NetworkError(msg)
 

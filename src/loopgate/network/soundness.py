@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 _LARGEST_COORDINATE_M = 1e8
 """Beyond the Earth in any projection; squares of differences are still exact to the millimetre and finite."""
 _LONGEST_LANE_M = 1e6
+_SHORTEST_LANE_M = 1e-6
+"""Far below what SUMO writes; so many times shorter than it is drawn that directions stay finite numbers."""
 _WIDEST_LANE_M = 1e3
 _FASTEST_MPS = 1e4
 _FEWEST_POINTS = 2
@@ -27,7 +29,7 @@ def check_sound(network: RoadNetwork) -> None:
     """
     file = network.file
     for lane in network.lanes.values():
-        _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M)
+        _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M, least=_SHORTEST_LANE_M)
         _within(file, f"lane {lane.id}: its speed", lane.speed_mps, _FASTEST_MPS, or_zero=True)
         _within(file, f"lane {lane.id}: its width", lane.width_m, _WIDEST_LANE_M)
         _drawn(file, f"lane {lane.id}", lane.shape, _FEWEST_POINTS)
@@ -60,10 +62,12 @@ def _leads(network: RoadNetwork, connection: Connection) -> None:
             _fail(network.file, f"{what}: it leads over lane {via}, which is not in the network")
 
 
-def _within(file: Path, what: str, number: float, most: float, *, or_zero: bool = False) -> None:
-    if not (0.0 < number <= most or (or_zero and number == 0.0)):
-        least = "from 0" if or_zero else "above 0"
-        _fail(file, f"{what} is {number:g}; expected a number {least} and up to {most:g}")
+def _within(
+    file: Path, what: str, number: float, most: float, *, or_zero: bool = False, least: float = 0.0
+) -> None:
+    if not (least < number <= most or (or_zero and number == 0.0)):
+        above = "from 0" if or_zero else f"above {least:g}"
+        _fail(file, f"{what} is {number:g}; expected a number {above} and up to {most:g}")
 
 
 def _drawn(file: Path, what: str, shape: Points, fewest: int) -> None:
