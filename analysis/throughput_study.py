@@ -288,6 +288,9 @@ _IN_TABLES_ONLY = (
 )
 """Rows that stay in the file of tables: what they say is said on the page in a sentence."""
 
+_COLUMNS_IN_TABLES_ONLY = ("100", "240")
+"""Numbers of vehicles whose columns stay in the file of tables."""
+
 
 def shown(text: str, *left_out: str) -> str:
     """Return the part of a section that the page shows.
@@ -305,9 +308,20 @@ def shown(text: str, *left_out: str) -> str:
         if part.startswith((LONGEST_WAIT, *left_out)):
             next(parts)  # its table
         else:
-            lines = part.splitlines()
-            kept.append("\n".join(line for line in lines if not line.startswith(_IN_TABLES_ONLY)))
+            lines = [line for line in part.splitlines() if not line.startswith(_IN_TABLES_ONLY)]
+            kept.append("\n".join(_without_columns(lines)))
     return "\n\n".join(kept)
+
+
+def _without_columns(lines: Sequence[str]) -> list[str]:
+    """Return the lines of a table without the columns that stay in the file of tables."""
+    if not lines or not lines[0].startswith("|"):
+        return list(lines)
+    named = [cell.strip() for cell in lines[0].split("|")]
+    return [
+        "|".join(c for c, n in zip(line.split("|"), named, strict=True) if n not in _COLUMNS_IN_TABLES_ONLY)
+        for line in lines
+    ]
 
 
 VEHICLE_KM = "Vehicle-km per hour, by number of vehicles:"
