@@ -5,8 +5,9 @@
     python analysis/vehicles_roads.py --part costs growth --duration 300
 
 ``hour``: the five-by-five grid with 140 and 300 vehicles and a district of Berlin with 300, positions
-audited. ``costs``: what range, loss and delay take. ``growth``: a grid of 20 x 20 junctions with 100 to 2,000
-vehicles. Seed by seed, so that what is there after a while is of whole seeds. Rows go to a CSV file.
+audited. ``segments``: Algorithm 2 of Zhou et al. 2020 on segments, an hour. ``costs``: what range, loss and
+delay take. ``growth``: a grid of 20 x 20 junctions with 100 to 2,000 vehicles. Seed by seed, so that what is
+there after a while is of whole seeds. Rows go to a CSV file.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ import sumo
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
-GRID = Path(__file__).parents[1] / "networks" / "grid5-priority.net.xml"
+NETWORKS = Path(__file__).parents[1] / "networks"
+GRID = NETWORKS / "grid5-priority.net.xml"
 OUT = Path("out/vehicles")
 DISTRICT = Scenario(network="sumo:DRT", loops=60, vehicles=300)
 COLUMNS = (
@@ -53,7 +55,18 @@ COSTS = (
 )
 
 
+PARTS = ("hour", "segments", "costs", "growth")
 HOUR = ("central", "vehicles", "vehicles:loss=0.1")
+SEGMENTS = tuple(
+    Scenario(
+        network=str(NETWORKS / f"{name}.net.xml"),
+        routes=str(NETWORKS.parent / "routes" / f"{name}.rou.xml"),
+        abstraction="segments",
+        gate="algorithm2",
+        positions=True,
+    )
+    for name in ("order2", "ring3")
+)
 FLEETS = {"grid140": 140, "grid300": 300, "drt300": 0}
 
 
@@ -65,32 +78,29 @@ def cases(
     fleets: Sequence[str] = tuple(FLEETS),
 ) -> Iterator[tuple[str, Scenario]]:
     """Yield what is run, ``central`` first of each."""
+    hours = [_grid(FLEETS[name]) if FLEETS[name] else DISTRICT for name in fleets]
+    whole = [replace(start, positions=True, duration_s=duration_s or 3600.0) for start in hours]
+    made: dict[str, list[tuple[Scenario, tuple[str, ...]]]] = {
+        "hour": [(start, tuple(decides)) for start in whole],
+        "segments": [
+            (replace(start, duration_s=duration_s or 3600.0), (*HOUR, "vehicles:delay=0.3"))
+            for start in SEGMENTS
+        ],
+        "costs": [(_grid(300, duration_s=duration_s or 1200.0), ("central", "vehicles", *COSTS))],
+        "growth": list(_growing(duration_s or 600.0)) if "growth" in parts else [],
+    }
     for seed in seeds:
-        if "hour" in parts:
-            for start in (_grid(FLEETS[name]) if FLEETS[name] else DISTRICT for name in fleets):
-                for decide in decides:
-                    yield (
-                        "hour",
-                        replace(
-                            start, seed=seed, decide=decide, duration_s=duration_s or 3600.0, positions=True
-                        ),
-                    )
-        if "costs" in parts:
-            for decide in ("central", "vehicles", *COSTS):
-                yield "costs", _grid(300, decide=decide, seed=seed, duration_s=duration_s or 1200.0)
-        if "growth" in parts:
-            network = str(large_grid())
-            for vehicles in (100, 300, 1000, 2000):
-                for decide in ("central", "vehicles"):
-                    scenario = Scenario(
-                        network=network,
-                        loops=400,
-                        vehicles=vehicles,
-                        seed=seed,
-                        decide=decide,
-                        duration_s=duration_s or 600.0,
-                    )
-                    yield "growth", scenario
+        for part in parts:
+            for start, some in made[part]:
+                for decide in some:
+                    yield part, replace(start, seed=seed, decide=decide)
+
+
+def _growing(duration_s: float) -> Iterator[tuple[Scenario, tuple[str, ...]]]:
+    network = str(large_grid())
+    for vehicles in (100, 300, 1000, 2000):
+        start = Scenario(network=network, loops=400, vehicles=vehicles, duration_s=duration_s)
+        yield start, ("central", "vehicles")
 
 
 def _grid(vehicles: int, **more: Any) -> Scenario:  # noqa: ANN401  as a scenario's
@@ -155,9 +165,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument(
-        "--part", nargs="+", choices=("hour", "costs", "growth"), default=["hour", "costs", "growth"]
-    )
+    parser.add_argument("--part", nargs="+", choices=PARTS, default=list(PARTS))
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=5, help="how many")
     parser.add_argument("--fleets", nargs="+", choices=FLEETS, default=list(FLEETS), help="of the hours")

@@ -11,6 +11,7 @@ import pytest
 
 from loopgate.drive.by_messages.controllers import ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
+from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.errors import ScenarioError
 from loopgate.simulation.fleet import fleet
@@ -18,6 +19,7 @@ from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles import post as posts
+from loopgate.vehicles import survey, surveyor
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.post import Post
 from loopgate.vehicles.vehicle import Vehicle
@@ -162,3 +164,42 @@ def test_processes_decide_as_vehicles_in_one_process_do() -> None:
     assert (harmed["outcome"], harmed["clean"], harmed["by_messages"]["unsafe"]) == ("done", True, 0)
     assert harmed["by_messages"]["started_again"] == 2
     assert harmed["by_messages"]["cut_off"] > 0
+
+
+ORDER2 = Scenario(
+    network=str(Path(GRID).parent / "order2.net.xml"),
+    routes=str(Path(GRID).parents[1] / "routes" / "order2.rou.xml"),
+    abstraction="segments",
+    gate="algorithm2",
+    duration_s=240.0,
+)
+
+
+@pytest.mark.parametrize("decide", ["vehicles", "vehicles:loss=0.1,delay=0.2"])
+def test_algorithm2_is_decided_by_vehicles_and_none_goes_whom_the_gate_would_refuse(
+    decide: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A vehicle is handed its loop and what monitors say; a monitor its segment; all of it is numbers."""
+    made: list[DecisionsOnSegments] = []
+
+    class Kept(DecisionsOnSegments):
+        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
+            super().__init__(*given)
+            made.append(self)
+
+    monkeypatch.setattr(fleet, "DecisionsOnSegments", Kept)
+    summary = simulate(dataclasses.replace(ORDER2, decide=decide))
+    assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
+    found = summary["by_messages"]
+    assert found["unsafe"] == 0
+    assert found["moves"] > 80
+    assert found["by_kind"]["look"] > 50
+    assert found["found_per_decision"] > 0.5
+    assert found["bytes"] == sum(found["bytes_by_kind"].values())
+    (decisions,) = made
+    for car in decisions.cars:
+        _numbers((car.stand, car.rears, car.untold))
+    for monitor in decisions.monitors.values():
+        _numbers(monitor)
+    assert list(inspect.signature(survey.receive).parameters) == ["monitor", "message", "now_s"]
+    assert list(inspect.signature(surveyor.decide).parameters) == ["me"]

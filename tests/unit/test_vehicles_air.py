@@ -36,7 +36,12 @@ def test_what_is_none_is_refused(spec: str, what: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "more", [{"gate": "open"}, {"abstraction": "segments"}, {"traffic": "some.rou.xml"}, {"gate": "banker"}]
+    "more",
+    [
+        *({"gate": "open"}, {"abstraction": "segments"}, {"traffic": "some.rou.xml"}, {"gate": "banker"}),
+        {"gate": "algorithm2"},
+        {"gate": "algorithm2", "abstraction": "segments", "decide": "processes"},
+    ],
 )
 def test_a_scenario_refuses_what_vehicles_cannot_decide(more: dict[str, str]) -> None:
     """Nothing that is asked for is ignored in silence."""

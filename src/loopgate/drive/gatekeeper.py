@@ -13,6 +13,7 @@ import numpy as np
 from loopgate.drive import step as drive
 from loopgate.drive.blocking import blockers
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
+from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
 from loopgate.drive.codes import (
     CROSSING,
     NOTHING,
@@ -84,7 +85,7 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
-        self.by_messages: DecisionsByMessages | None = None
+        self.by_messages: DecisionsByMessages | DecisionsOnSegments | None = None
         """Vehicles that decide the chain rule and slots among themselves; to be set before any are there."""
         self._posted = False
         self._all_of_step = True
@@ -372,7 +373,7 @@ class Gatekeeper:
     def _request(self, robot: int) -> Request:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
 
-    def _listen(self, decisions: DecisionsByMessages) -> None:
+    def _listen(self, decisions: DecisionsByMessages | DecisionsOnSegments) -> None:
         """Let vehicles and posts hear what has come since the last step."""
         if not self._posted:
             decisions.begin(self._tables)
@@ -388,9 +389,14 @@ class Gatekeeper:
         """Let a vehicle go, if the reason is that it is free, or tell it why not."""
         admitted = int(reason is Reason.FREE)
         self._step(drive.SETTLE, robot, admitted, number_of(reason), self._code(_POSTS))
+        if admitted and not self._by_chain and self._following is not None:
+            self._following.moved_here(self._robots[robot])
 
     def would_close(self, robot: int) -> bool:
-        """Return whether the chain rule refuses a vehicle, or no slot is free, as one sees who sees all."""
+        """Return whether the gate refuses a vehicle, or no slot is free, as one sees who sees all."""
+        if not self._by_chain:
+            seen = self._following
+            return seen is not None and not seen.decide_here(self._robots[robot]).admitted
         wanted = self.wanted(robot)
         if self.room(wanted) <= 0:
             return True

@@ -242,17 +242,18 @@ class Scenario:
     def _check_decide(self) -> None:
         if self.by_messages is None:
             return
+        kind = self.gate.partition(":")[0], self.abstraction
+        of_paper = kind == ("algorithm2", "segments") and not self.by_messages.processes
         wrong = {
-            f"gate {self.gate}": self.gate.partition(":")[0] != "certified",
-            f"abstraction {self.abstraction}": self.abstraction != "queues",
+            f"gate {self.gate} on {self.abstraction}": kind != ("certified", "queues") and not of_paper,
             "traffic": bool(self.traffic),
             "incidents": bool(self.incidents),
         }
         for what, there in wrong.items():
             if there:
                 msg = (
-                    f"decide: vehicles works with gate certified on queues, without ordinary traffic and "
-                    f"incidents; found {what}; take central"
+                    "decide: vehicles works with gate certified on queues, or algorithm2 on segments (not as "
+                    f"processes), without ordinary traffic and incidents; found {what}; take central"
                 )
                 raise ScenarioError(msg)
 

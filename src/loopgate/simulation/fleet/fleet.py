@@ -9,6 +9,7 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.by_messages.bridge import Bridge
 from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
+from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -17,6 +18,7 @@ from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError, ScenarioError
 from loopgate.gates import Gate, make_gate
+from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.certified.chain import closes_by_entering
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
@@ -137,13 +139,18 @@ class Fleet:
         self.engine.stand(tracks)
         self.engine.go_by(system, gate, joined=self._rules.expects)
         if self._rules.air is not None:
+            air, seed = self._rules.air, self._rules.seed
+            if isinstance(gate, Algorithm2Gate):
+                self.keeper.by_messages = DecisionsOnSegments(
+                    air, seed, self.keeper, lambda place: not system.private[place], gate.lookahead
+                )
+                return
             if not self.keeper.by_chain:
                 msg = (
                     "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
                     "all places hold two; take central"
                 )
                 raise ScenarioError(msg)
-            air, seed = self._rules.air, self._rules.seed
             self.keeper.by_messages = DecisionsByMessages(air, seed, self.keeper, _controllers(air, seed))
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
