@@ -1,0 +1,69 @@
+"""The documentation as a site, in a browser: nothing is wider than the page, named wrongly or fetched."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+from chromium import MISSING, Tab, open_browser  # in analysis/
+
+ROOT = Path(__file__).parents[2]
+PAGES = ("index", "start", "gates", "studies/covering", "reference/commands")
+AXE = "axe.run().then(found => found.violations.map(v => [v.impact, v.id, v.nodes[0].html.slice(0, 120)]))"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the site."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
+    subprocess.run(command, cwd=ROOT, check=True, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"})
+    return folder
+
+
+@pytest.fixture(scope="module")
+def tab() -> Iterator[Tab]:
+    """Return a tab of Chromium."""
+    try:
+        with open_browser() as opened:
+            yield opened
+    except RuntimeError as error:
+        if str(error) != MISSING:
+            raise
+        pytest.skip(MISSING)
+
+
+@pytest.mark.parametrize("width", [1280, 375])
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_fits_and_can_be_read_by_a_screen_reader(site: Path, tab: Tab, page: str, width: int) -> None:
+    """The console stays quiet, each picture is there, and axe finds nothing."""
+    before = len(tab.noise)
+    tab.size(width, 900)
+    tab.open(site / f"{page}.html")
+    assert tab.value("document.documentElement.scrollWidth <= innerWidth")
+    assert tab.value("[...document.images].filter(i => !i.naturalWidth).map(i => i.src)") == []
+    tab.call("Runtime.evaluate", expression=(files("axe_core_python") / "axe.min.js").read_text() + ";0")
+    assert tab.value(AXE) == []
+    assert tab.noise[before:] == []
+
+
+def test_the_search_finds_a_term(site: Path, tab: Tab) -> None:
+    """Without a network: the index comes with the site."""
+    tab.size(1280, 900)
+    tab.open(site / "index.html")
+    tab.value("document.querySelector('.md-search__input').focus()")
+    tab.call("Input.insertText", text="idleness")
+    found = 0
+    for _ in range(100):
+        found = tab.value("document.querySelectorAll('.md-search-result__item').length")
+        if found:
+            break
+        time.sleep(0.1)
+    assert found > 3
+    assert [url for url in tab.requests if not url.startswith("file:")] == []
