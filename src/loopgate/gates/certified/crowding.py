@@ -14,9 +14,8 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.occupancy import Occupancy
@@ -179,15 +178,17 @@ class _Net:
         reached = self._reached(left, 0)
         return flow - self._robots, {p for p in self._places if self._node[p] in reached}
 
-    def _flow(self, edges: Sequence[tuple[int, int, int]]) -> tuple[int, csr_array]:
+    def _flow(self, edges: Sequence[tuple[int, int, int]]) -> "tuple[int, scipy.sparse.csr_array]":
         """Return the greatest flow and the capacity left, back edges included."""
         tails, heads, most = np.array([*self._edges, *edges], np.int32).T
-        capacity = csr_array((most, (tails, heads)), shape=(self._sink + 1, self._sink + 1))
-        found = maximum_flow(capacity, 0, self._sink)
-        return int(found.flow_value), csr_array(capacity - found.flow)
+        capacity = scipy.sparse.csr_array((most, (tails, heads)), shape=(self._sink + 1, self._sink + 1))
+        found = scipy.sparse.csgraph.maximum_flow(capacity, 0, self._sink)
+        return int(found.flow_value), scipy.sparse.csr_array(capacity - found.flow)
 
     @staticmethod
-    def _reached(left: csr_array, begin: int) -> Collection[int]:
+    def _reached(left: "scipy.sparse.csr_array", begin: int) -> Collection[int]:
         left.eliminate_zeros()
-        nodes: NDArray[np.int32] = breadth_first_order(left, begin, return_predecessors=False)
+        nodes: NDArray[np.int32] = scipy.sparse.csgraph.breadth_first_order(
+            left, begin, return_predecessors=False
+        )
         return set(nodes.tolist())

@@ -7,8 +7,7 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.checker import Checker
@@ -197,8 +196,10 @@ def _components(moves: _Moves) -> Iterable[set[Configuration]]:
     number = {here: k for k, here in enumerate(moves)}
     steps = [(k, number[there]) for here, k in number.items() for _, there in moves[here] if there in number]
     begins, ends = np.array(steps, np.int32).reshape(-1, 2).T
-    graph = csr_array((np.ones(len(steps), np.int8), (begins, ends)), shape=(len(moves), len(moves)))
-    _, labels = connected_components(graph, connection="strong")
+    graph = scipy.sparse.csr_array(
+        (np.ones(len(steps), np.int8), (begins, ends)), shape=(len(moves), len(moves))
+    )
+    _, labels = scipy.sparse.csgraph.connected_components(graph, connection="strong")
     parts: dict[int, set[Configuration]] = {}
     for here, label in zip(moves, labels.tolist(), strict=True):
         parts.setdefault(label, set()).add(here)
