@@ -166,6 +166,27 @@ def test_processes_decide_as_vehicles_in_one_process_do() -> None:
     assert harmed["by_messages"]["cut_off"] > 0
 
 
+def test_a_cut_parts_places_by_where_they_lie(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those in the east from those in the west, as many on each side; nobody speaks across while it lasts."""
+    made: list[DecisionsByMessages] = []
+
+    class Kept(DecisionsByMessages):
+        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
+            super().__init__(*given)
+            made.append(self)
+
+    monkeypatch.setattr(fleet, "DecisionsByMessages", Kept)
+    cut = "vehicles:cut_at=10,cut=15"
+    summary = simulate(dataclasses.replace(CROWD, vehicles=60, duration_s=40.0, decide=cut))
+    assert (summary["outcome"], summary["clean"], summary["by_messages"]["unsafe"]) == ("done", True, 0)
+    assert 0 < summary["by_messages"]["cut_off"] < 0.2 * summary["by_messages"]["messages"]
+    (decisions,) = made
+    side, places = decisions.radio.far_side, range(len(decisions.posts))
+    assert 0.4 * len(places) < len(side) <= 0.5 * len(places)
+    across = [pair for pair in decisions.where.over_m if (pair[0] in side) is not (pair[1] in side)]
+    assert 0 < len(across) < 0.25 * len(decisions.where.over_m)  # by number it would be half of them
+
+
 ORDER2 = Scenario(
     network=str(Path(GRID).parent / "order2.net.xml"),
     routes=str(Path(GRID).parents[1] / "routes" / "order2.rou.xml"),

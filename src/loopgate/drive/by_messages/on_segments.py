@@ -273,7 +273,7 @@ class DecisionsOnSegments:
         for message in out:
             if isinstance(message, Look | Free):
                 stretch_m = self.where.to_m(number, message.way[0])
-                self.radio.say(message, [stretch_m], self._clock_s, (number, message.way[0]))
+                self.radio.say(message, [stretch_m], self._clock_s, message.way[:1], number)
 
     def _say_from(self, place: int, message: Word) -> None:
         if isinstance(message, Look | Free):
@@ -284,12 +284,12 @@ class DecisionsOnSegments:
         elif isinstance(message, Seen | Busy):
             back = [self.where.over_m[pair] for pair in pairwise(message.way)][::-1]
             stretches_m = [*back, self.where.to_m(message.vehicle, message.way[0])]
-            self.radio.say(message, stretches_m, self._clock_s, (*message.way, message.vehicle))
+            self.radio.say(message, stretches_m, self._clock_s, message.way, message.vehicle)
         elif isinstance(message, Whose):
             stretches_m = [self.where.to_m(message.vehicle, place)]
             if stretches_m[0] > self.settings.range_m:
                 stretches_m = self.where.back_to_m(message.vehicle, place)[::-1]
-            self.radio.say(message, stretches_m, self._clock_s, (place, message.vehicle))
+            self.radio.say(message, stretches_m, self._clock_s, [place], message.vehicle)
         elif isinstance(message, Room):
             self.radio.say_from(place, message, self._clock_s)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from random import Random
 from typing import Any, Generic, TypeVar, cast
@@ -50,6 +50,8 @@ class Radio(Generic[E]):
         Transmissions, and what they hold as JSON [bytes], by kind.
     cut_off
         Messages that did not come since the network was cut.
+    far_side
+        The places on one side of where the network is cut.
     """
 
     def __init__(self, settings: AirSettings, seed: int) -> None:
@@ -58,18 +60,19 @@ class Radio(Generic[E]):
         self.sent: Counter[str] = Counter()
         self.sent_bytes: Counter[str] = Counter()
         self.cut_off = 0
+        self.far_side: frozenset[int] = frozenset()
 
     def over(self, where: Whereabouts) -> None:
         """Measure ways by this."""
         self.where = where
 
-    def _is_cut(self, now_s: float, *ends: int) -> bool:
-        """Return whether the network is cut, and not all of these vehicles and places are on one side.
-
-        Those with even numbers are on one side, those with odd numbers on the other.
-        """
+    def _is_cut(self, now_s: float, places: Iterable[int], vehicle: int = -1) -> bool:
+        """Return whether the network is cut between these places, and a vehicle if there is one."""
         begin_s, lasts_s = self.settings.cut_at_s, self.settings.cut_s
-        if not begin_s <= now_s < begin_s + lasts_s or len({end % 2 for end in ends}) == 1:
+        if not begin_s <= now_s < begin_s + lasts_s:
+            return False
+        ends = [*places, *([self.where.place(vehicle)] if vehicle >= 0 else [])]
+        if len({end in self.far_side for end in ends}) == 1:
             return False
         self.cut_off += 1
         return True
@@ -93,25 +96,25 @@ class Radio(Generic[E]):
                 if isinstance(message, Left) and stretches_m[0] > self.settings.range_m:
                     stretches_m = self.where.back_to_m(number, place)
                 self._count(message, len(stretches_m), again=at > 0)
-                if not self._is_cut(now_s, number, place):
+                if not self._is_cut(now_s, [place], number):
                     comes.append((message, stretches_m))
             self.air.send_together(now_s, comes)
 
     def say_from(self, place: int, message: Message, now_s: float) -> None:
         """Send what a post says."""
-        ends: tuple[int, ...]
+        places, vehicle = [place], -1
         if isinstance(message, Probe):
-            stretches_m, ends = [self.where.over_m[place, message.place]], (place, message.place)
+            stretches_m, places = [self.where.over_m[place, message.place]], [place, message.place]
         elif isinstance(message, Clear | Changed):
             back = list(reversed(list(pairwise(message.path))))
-            stretches_m, ends = [self.where.over_m[pair] for pair in back], (place, *message.path)
+            stretches_m, places = [self.where.over_m[pair] for pair in back], [place, *message.path]
         else:
-            number = cast("ToVehicle", message).vehicle
-            stretches_m, ends = [self.where.to_m(number, place)], (place, number)
+            vehicle = cast("ToVehicle", message).vehicle
+            stretches_m = [self.where.to_m(vehicle, place)]
             if isinstance(message, Room) and stretches_m[0] > self.settings.range_m:
-                stretches_m = self.where.back_to_m(number, place)[::-1]
+                stretches_m = self.where.back_to_m(vehicle, place)[::-1]
         self._count(message, len(stretches_m))
-        if not self._is_cut(now_s, *ends):
+        if not self._is_cut(now_s, places, vehicle):
             self.air.send(now_s, message, stretches_m)
 
     def say(
@@ -119,20 +122,21 @@ class Radio(Generic[E]):
         message: Any,  # noqa: ANN401  of either protocol
         stretches_m: Sequence[float],
         now_s: float,
-        ends: Sequence[int],
+        places: Sequence[int],
+        vehicle: int = -1,
     ) -> None:
-        """Send a message over these stretches, between these vehicles and places.
+        """Send a message over these stretches, between these places, and to or from a vehicle.
 
         Antennas at the same spot are joined by wire: that takes no transmission, and nothing is lost.
         """
         apart = [far_m for far_m in stretches_m if far_m > _SPOT_M]
         self._count(message, len(apart))
-        if not self._is_cut(now_s, *ends):
+        if not self._is_cut(now_s, places, vehicle):
             self.air.send(now_s, message, apart)
 
     def overhear(self, place: int, number: int, event: E, now_s: float) -> None:
         """Let a vehicle hear what a post says to another."""
-        if not self._is_cut(now_s, place, number):
+        if not self._is_cut(now_s, [place], number):
             self.air.send(now_s, event, [self.where.to_m(number, place)])
 
     def _count(self, message: Message, times: int, *, again: bool = False) -> None:

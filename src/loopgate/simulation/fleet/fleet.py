@@ -28,6 +28,7 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
+from loopgate.simulation.fleet.sides import far_side
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 from loopgate.vehicles.air import AirSettings
@@ -86,6 +87,7 @@ class Fleet:
         self._traffic, self._recorder, self._rules = traffic, recorder, rules
         self._passing: Sequence[tuple[StateId, ...]] = ()
         """The states of each way that is driven once, by whoever comes."""
+        self._itineraries: Sequence[Itinerary] = ()
         self.room: Mapping[str, int] = {}
         """How many vehicles a state holds, by name."""
         self.slots = 0
@@ -131,6 +133,7 @@ class Fleet:
         self.slots = sum(most for state, most in room.items() if state not in away)
         once = {id(way.legs): way.legs for way in ways if not way.rounds}
         self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
+        self._itineraries = itineraries
         self.engine.lay(ways, room)
         self.around.plan(itineraries, ways)
 
@@ -139,19 +142,31 @@ class Fleet:
         self.engine.stand(tracks)
         self.engine.go_by(system, gate, joined=self._rules.expects)
         if self._rules.air is not None:
-            air, seed = self._rules.air, self._rules.seed
-            if isinstance(gate, Algorithm2Gate):
-                self.keeper.by_messages = DecisionsOnSegments(
-                    air, seed, self.keeper, lambda place: not system.private[place], gate.lookahead
-                )
-                return
-            if not self.keeper.by_chain:
-                msg = (
-                    "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
-                    "all places hold two; take central"
-                )
-                raise ScenarioError(msg)
-            self.keeper.by_messages = DecisionsByMessages(air, seed, self.keeper, _controllers(air, seed))
+            self._let_vehicles_decide(self._rules.air, system, gate)
+
+    def _let_vehicles_decide(self, air: AirSettings, system: System, gate: Gate) -> None:
+        """Let vehicles decide among themselves what the gate would decide.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such protocol for the gate.
+        """
+        seed, decisions = self._rules.seed, self.keeper.by_messages
+        if isinstance(gate, Algorithm2Gate):
+            decisions = DecisionsOnSegments(
+                air, seed, self.keeper, lambda place: not system.private[place], gate.lookahead
+            )
+        elif self.keeper.by_chain:
+            decisions = DecisionsByMessages(air, seed, self.keeper, _controllers(air, seed))
+        else:
+            msg = (
+                "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
+                "all places hold two; take central"
+            )
+            raise ScenarioError(msg)
+        decisions.radio.far_side = far_side(self._itineraries, self.keeper.number)
+        self.keeper.by_messages = decisions
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.
