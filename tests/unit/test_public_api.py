@@ -1,5 +1,6 @@
 """`from loopgate import ...`: all of it is there, and nothing is loaded before it is used."""
 
+import pydoc
 import subprocess
 import sys
 
@@ -27,3 +28,10 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
         "import loopgate, sys; print([m for m in ('pandas', 'matplotlib', 'libsumo') if m in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", program], check=True, capture_output=True).stdout == b"[]\n"
+
+
+def test_help_of_a_scenario_shows_plain_types() -> None:
+    """Not the rules by which values are checked."""
+    shown = pydoc.plain(pydoc.render_doc(loopgate.Scenario))
+    assert "network: str, routes: str = ''" in shown
+    assert "Annotated" not in shown.partition("Attributes")[0].partition("Methods defined")[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -373,6 +374,16 @@ class Scenario:
                 value = f"{value[0]:g}:{value[1]:g}"
             words += ["--" + _OPTION.get(field.name, field.name).replace("_", "-"), f"{value}"]
         return shlex.join([*words, "-o", out])
+
+
+def _plain_signature() -> inspect.Signature:
+    """Return the signature for `help`: plain types, without the rules of `Annotated`."""
+    types, given = get_type_hints(Scenario), inspect.signature(Scenario)
+    plain = [one.replace(annotation=types[name]) for name, one in given.parameters.items()]
+    return inspect.Signature(plain)
+
+
+setattr(Scenario, "__signature__", _plain_signature())  # noqa: B010  mypy knows no such attribute
 
 
 @cache
