@@ -16,6 +16,7 @@ from loopgate.cli.progress import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.cover.design import CoverTask
+from loopgate.network.cover.parts import MOST_STREETS, parts
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_districts, read_streets, read_weights
 from loopgate.network.routes_text import routes_text
@@ -34,6 +35,8 @@ class _Group:
     district: str
     """Name of the district; empty without districts."""
     depots: tuple[str, ...]
+    around: frozenset[str] | None = None
+    """Edges that the loops may use; all edges if None."""
 
     def named(self, *, by_weight: bool) -> str:
         """Return the beginning of the names of loops."""
@@ -99,8 +102,6 @@ def cover_loops(wish: LoopsWish) -> None:
 
 
 def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[list[Cover], list[_Group]]:
-    groups = _groups(roads, wish)
-    by_weight = len({group.weight for group in groups}) > 1
     task = CoverTask(
         vclass=wish.vclass,
         u_turns=wish.u_turns,
@@ -112,6 +113,8 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
         task = replace(task, longest=wish.max_length_m)
     if wish.shift_min is not None:
         task = replace(task, longest=wish.shift_min * 60.0 / wish.margin)
+    groups = [part for group in _groups(roads, wish) for part in _in_parts(roads, wish, task, group)]
+    by_weight = len({group.weight for group in groups}) > 1
     covers = []
     whole = max(sum(len(group.edges) * group.weight for group in groups), 1.0)
     for group in groups:
@@ -119,7 +122,7 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
         with show_progress("rounds of search") as report:
             cover = cover_streets(
                 roads,
-                replace(task, edges=group.edges, depots=group.depots),
+                replace(task, edges=group.edges, depots=group.depots, around=group.around),
                 max(1, round((wish.count or 1) * share)),
                 kind=kind,
                 seed=wish.seed,
@@ -128,6 +131,29 @@ def _covers(roads: RoadNetwork, wish: LoopsWish, kind: VehicleType) -> tuple[lis
             )
         covers.append(cover)
     return covers, groups
+
+
+def _in_parts(roads: RoadNetwork, wish: LoopsWish, task: CoverTask, group: _Group) -> Iterator[_Group]:
+    """Yield the group, or its parts if it has more streets than one search takes in a short time."""
+    task = replace(task, edges=group.edges, depots=group.depots)
+    found = parts(roads, task, wish.count or 1)
+    if len(found) == 1:
+        if len(group.edges) > 2 * MOST_STREETS:
+            click.echo(
+                f"{counted(len(group.edges), 'street')} on {counted(wish.count or 1, 'loop')} take long"
+                f" and much memory; with --count {len(group.edges) // MOST_STREETS + 1} or more they are"
+                " covered part by part",
+                err=True,
+            )
+        yield group
+    else:
+        said = f"{counted(len(group.edges), 'street')}: covered in {len(found)} parts, one after the other"
+        click.echo(said, err=wish.out is None or wish.as_json)
+        for number, part in enumerate(found, 1):
+            name = f"{group.district} part {number}".strip()
+            # A depot may lie far away: then loops may leave the part.
+            around = None if group.depots else part.around
+            yield replace(group, edges=part.edges, district=name, around=around)
 
 
 def _groups(roads: RoadNetwork, wish: LoopsWish) -> list[_Group]:

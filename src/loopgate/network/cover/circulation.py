@@ -22,10 +22,12 @@ from loopgate.arrays import Floats, Ints
 from loopgate.network.cover.lane_graph import LaneGraph
 
 _ROUNDS = 1
+_MOST_PARTS = 150
 _GAP = 0.005
 _MOST_BRANCHES = 40
 """Cuts are added so many times, and each time the programme is solved to within `_GAP` or so many branches:
-what is left then is joined by detours, which are few."""
+what is left then is joined by detours, which are few. A circulation in more parts gets no cuts, which would
+take minutes: it is joined as it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +57,7 @@ def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) 
     cuts: list[Ints] = []
     for _ in range(_ROUNDS):
         parts = _parts(graph, times)
-        if len(parts) == 1:
+        if not 1 < len(parts) <= _MOST_PARTS:
             break
         cuts += [(np.isin(graph.tail, part) & ~np.isin(graph.head, part)).astype(np.int64) for part in parts]
         cut = _solved(cost, balance, visits, cuts)

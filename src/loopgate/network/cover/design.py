@@ -44,6 +44,8 @@ class CoverTask:
     """Whether loops are to be short in seconds at the speeds allowed, not in metres."""
     depots: tuple[str, ...] = ()
     """Edges of which every loop passes at least one, the nearest; none if empty."""
+    around: frozenset[str] | None = None
+    """Edges that loops may use; all edges if None."""
     change_m: float = LEAST_CHANGE_M
     """Length of the shortest edge on which a vehicle can change lanes [m]."""
     place_m: float = 0.0
@@ -168,11 +170,7 @@ def make_design(
         Edges to keep off, and why.
     """
     kept_off = without or {}
-    wanted = (
-        [edge.id for edge in network.edges.values() if edge.allows(task.vclass)]
-        if task.edges is None
-        else [network.edge(edge).id for edge in dict.fromkeys(task.edges)]
-    )
+    wanted = wanted_edges(network, task)
     plain = _part(network, task, wanted, kept_off)
     graph = plain.without_rings([network.edges[edge].length_m >= task.place_m for edge in plain.edges])
     nodes = _by_edge(graph)
@@ -203,6 +201,26 @@ def make_design(
     )
 
 
+def coverable(network: RoadNetwork, task: CoverTask) -> list[str]:
+    """Return the edges of a task that closed walks can reach; vehicles may not be able to queue there.
+
+    Raises as `make_design`, but for an empty answer.
+    """
+    wanted = wanted_edges(network, task)
+    try:
+        reached = set(_part(network, task, wanted, {}).edges)
+    except RouteError:
+        return []
+    return [edge for edge in wanted if edge in reached]
+
+
+def wanted_edges(network: RoadNetwork, task: CoverTask) -> list[str]:
+    """Return the edges of a task: those given, or every edge open to its class."""
+    if task.edges is None:
+        return [edge.id for edge in network.edges.values() if edge.allows(task.vclass)]
+    return [network.edge(edge).id for edge in dict.fromkeys(task.edges)]
+
+
 def _by_edge(graph: LaneGraph) -> dict[str, list[int]]:
     nodes: dict[str, list[int]] = {}
     for node, edge in enumerate(graph.edges):
@@ -222,8 +240,9 @@ def _part(
     network: RoadNetwork, task: CoverTask, wanted: Sequence[str], without: dict[str, CoverReason]
 ) -> LaneGraph:
     """Return the part of the network in which most of the wanted edges can be reached from each other."""
+    far = () if task.around is None else network.edges.keys() - task.around
     graph = lane_graph(
-        network, vclass=task.vclass, u_turns=task.u_turns, change_m=task.change_m, without=without
+        network, vclass=task.vclass, u_turns=task.u_turns, change_m=task.change_m, without={*without, *far}
     )
     parts = graph.components()
     for at in (network.edge(depot).id for depot in task.depots):
