@@ -64,3 +64,10 @@ def test_every_command_that_prints_figures_prints_json() -> None:
         command = cli.get_command(click.Context(cli), name)
         assert command is not None
         assert name in _FILES_ONLY or any("--json" in option.opts for option in command.params), name
+
+
+def test_the_command_is_a_module_too() -> None:
+    """``python -m loopgate`` says what the script says."""
+    done = subprocess.run([sys.executable, "-m", "loopgate", "--version"], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert "version" in done.stdout
