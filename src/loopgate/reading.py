@@ -52,7 +52,9 @@ def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: 
         raise error(msg) from problem
     except Exception as problem:
         if isinstance(problem, OSError) and problem.strerror:  # parsers raise bare ones for what they read
-            msg = f"{file}: cannot read the {what} ({problem.strerror})"
+            other = str(problem.filename or file)  # a configuration names files, which may be the ones
+            where = file if Path(file).name.startswith(Path(other).name) else f"{file}: {other}"
+            msg = f"{where}: cannot read the {what} ({problem.strerror})"
             raise error(msg) from problem
         msg = f"{file}: {wrong or f'no readable {what}'} ({_reason(problem)})"
         raise error(msg) from problem

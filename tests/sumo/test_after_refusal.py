@@ -111,17 +111,22 @@ def test_no_run_uses_what_sumo_left_of_a_network(tmp_path: Path) -> None:
     assert told == told[:1] * 4
 
 
+@pytest.mark.parametrize("backend", ["traci", "libsumo"])
 @pytest.mark.parametrize(
     ("network", "more", "says"),
-    [("twice", "", "lane ':X23_0_0' has 2 predecessors"), ("ring3", "--no-such 3", "options --no-such 3")],
+    [
+        ("twice", "", "lane ':X23_0_0' has 2 predecessors"),
+        ("ring3", "--no-such 3", "options --no-such 3"),
+        ("ring3", "--summary-output no/such/file", "Could not build output file 'no/such/file'"),
+    ],
 )
-def test_sumo_in_a_process_of_its_own_says_why(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], network: str, more: str, says: str
+def test_sumo_says_why_it_does_not_start(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], network: str, more: str, says: str, backend: str
 ) -> None:
     """In the error, and nowhere else: SUMO answers a connection before it has read its input."""
     file = tmp_path / f"{network}.net.xml"
     file.write_text(TWICE if network == "twice" else RING, encoding="utf-8")
     scenario = Scenario(network=str(file), loops=2, vehicles=2, duration_s=5.0, sumo=more)
     with pytest.raises(TrafficError, match=f"SUMO does not start: .*{re.escape(says)}"):
-        simulate(scenario, backend="traci")
+        simulate(scenario, backend=backend)
     assert "Error" not in capfd.readouterr().err

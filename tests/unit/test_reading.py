@@ -121,3 +121,13 @@ def test_byte_order_marks_are_no_text(tmp_path: Path, encoding: str) -> None:
     mine = [VehicleDemand("late", way, DEFAULT_TYPE)]
     who = str(write("who.txt", "late\n"))
     assert choose_gated(Scenario(network="n", loops=1, who=who), mine) == (mine, [])
+
+
+def test_a_file_that_another_names_is_named(tmp_path: Path) -> None:
+    """The configuration is there; what it names is not."""
+    file = tmp_path / "c.sumocfg"
+    with (
+        pytest.raises(ResultsError, match=r"c\.sumocfg: .*no\.rou\.xml: cannot read the route file"),
+        refusing(file, "route file", ResultsError),
+    ):
+        (tmp_path / "no.rou.xml").read_bytes()

@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -48,6 +49,8 @@ _NO_REASONS = ("Quitting", "Loading", "Success", "Warning")
 
 _LONGEST_S = 600.0
 """A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
+_AS_CLASS = re.compile(r"@[a-z_0-9]+'")
+"""The end of a name in the router's words that only we gave: each trip is led once for each vehicle class."""
 
 
 def _has_way(element: ET.Element) -> bool:
@@ -249,7 +252,7 @@ def _routed(
         except (OSError, subprocess.TimeoutExpired) as error:
             done, said = None, str(error)
         if done is None or done.returncode or not found.exists():
-            why = _reasons(said, done.returncode if done else 0)
+            why = _AS_CLASS.sub("'", _reasons(said, done.returncode if done else 0))
             msg = f"SUMO's duarouter does not lead the trips: {why}"
             raise RouteError(msg)
         routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it

@@ -1,8 +1,10 @@
 """SUMO in this process: fast, without a window, one simulation at a time."""
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from itertools import pairwise
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from itertools import islice, pairwise
 from threading import Lock
 from typing import Any
 
@@ -14,6 +16,9 @@ ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCI
 """Errors that libsumo raises: on what it cannot do, and where it stops."""
 
 
+_STDERR = 2
+_ERROR_WORD = "Error: "
+_MOST_REASONS, _LONGEST = 3, 600
 _SOMEBODY = "a simulation that something else has started"
 
 _wrapped = libsumo.libsumo._libsumo  # noqa: SLF001  what is underneath has no other name
@@ -48,9 +53,13 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
     if not _claim.acquire(blocking=False):
         refuse_second()
         raise SecondSimulationError(_SOMEBODY)
+    said: list[str] = []
     try:
-        libsumo.start(["sumo", *options])
+        with _hearing(said):
+            libsumo.start(["sumo", *options])
     except BaseException as error:
+        if said and isinstance(error, ERROR):
+            error.args = (_reasons(said),)  # its own words are "Process Error"
         if libsumo.isLoaded():
             half_built.append(str(error))
         with suppress(*ERROR):
@@ -59,6 +68,39 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
         raise
     _owner[:] = [_network(options)]
     return libsumo
+
+
+@contextmanager
+def _hearing(said: list[str]) -> Iterator[None]:
+    """Append to `said` the reasons for which SUMO refuses its input; let all else that it says through.
+
+    SUMO says them on the process's error stream only: its log is written later, or not at all.
+    """
+    try:
+        kept = os.dup(_STDERR)
+    except OSError:  # there is no such stream
+        yield
+        return
+    with tempfile.TemporaryFile() as heard:
+        os.dup2(heard.fileno(), _STDERR)
+        try:
+            yield
+        except ERROR:
+            heard.seek(0)
+            lines = heard.read().decode(errors="replace").splitlines()
+            said += [line.removeprefix(_ERROR_WORD) for line in lines if line.startswith(_ERROR_WORD)]
+            raise
+        finally:
+            os.dup2(kept, _STDERR)
+            os.close(kept)
+            heard.seek(0)
+            if not said:
+                with suppress(OSError):
+                    os.write(_STDERR, heard.read())
+
+
+def _reasons(said: Sequence[str]) -> str:
+    return "; ".join(line[:_LONGEST] for line in islice(dict.fromkeys(said), _MOST_REASONS))
 
 
 def close() -> None:

@@ -147,3 +147,9 @@ def test_all_that_the_router_says_is_said(grid: RoadNetwork) -> None:
         lead_trips(grid, [(Path("t"), top[1])], [top[0]], [], classes={})
     assert _reasons("Error: a\nb\nError: a\nQuitting (on error).\n", 1) == "a; b"
     assert _reasons("Loading net ... done\n", -11) == "it ended by signal 11 and said nothing"
+
+
+def test_the_router_names_trips_as_the_file_does(grid: RoadNetwork, tmp_path: Path) -> None:
+    """Not with the class for which it has led them."""
+    with pytest.raises(RouteError, match=r"the id 't' exists"):
+        read_loops(grid, file(tmp_path, 2 * '<trip id="t" depart="0" from="A0A1" to="A1A2"/>'), once=True)
