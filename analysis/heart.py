@@ -16,9 +16,8 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 from pathlib import Path
-from time import process_time
+from time import perf_counter
 from typing import Any, cast
 
 import pandas as pd
@@ -27,9 +26,9 @@ import sumo
 from loopgate.abstraction.itinerary import Abstraction, Leg
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
-from loopgate.control.departures import Departures, Due
+from loopgate.control.accounts import Account
+from loopgate.control.departures import Departures
 from loopgate.control.driving import Driving, Way
-from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
@@ -37,16 +36,15 @@ from loopgate.control.ordinary import traffic as ordinary_traffic
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.control.sight import Sight
-from loopgate.control.spacing import Ring, Spacing
-from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.around.laid_roads import LaidRoads
-from loopgate.simulation.around.lights import signals_of
+from loopgate.simulation.around.obeyed import Lamps, signals_in
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.fleet.spacing import times_along
+from loopgate.simulation.by_ledger import slots_of, spacing_of
+from loopgate.simulation.ledger_departures import due_of, way_of
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
@@ -126,47 +124,6 @@ class Turnover:
                 self.joined += 1
 
 
-def due_of(assembly: Assembly) -> list[Due]:
-    """Return the vehicles that are to depart, in order."""
-    edges, found = assembly.network.edges, list[Due]()
-    for one in assembly.departures:
-        if one.track is not None:
-            lines = [leg.line for leg in one.track.legs]
-            limits = [edges[line.edge].lanes[line.lane].speed_mps if line.edge else inf for line in lines]
-            gap_m = float(one.start.type.min_gap_m)
-            found.append(Due(one.at_s, len(found), way_of(one.track), one.start.insertion, gap_m, limits))
-    return found
-
-
-class Lamps(dict[str, Lamp]):
-    """The lights of a simulation, by name."""
-
-    def __init__(self, traffic: Traffic) -> None:
-        self._traffic = traffic
-
-    def __missing__(self, name: str) -> Lamp:
-        """Return a light that has not been asked for before."""
-        self[name] = lamp = Lamp(name, self._traffic)
-        return lamp
-
-
-def signals_in(assembly: Assembly, lamps: Lamps) -> dict[str, Signal]:
-    """Return what the lights of a network show, by movement."""
-    return {
-        one.movement: Signal(lamps[one.light], one.link, float(one.speed_mps))
-        for one in signals_of(assembly.network)
-    }
-
-
-def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spacing | None:
-    """Return what spaces vehicles on their loops, if the scenario wants that."""
-    if scenario.rule_for_spacing == "none":
-        return None
-    along = {loop.id: times_along(assembly.network, loop) for loop in assembly.loops}
-    rings = {name: Ring(ends_m.tolist(), ends_s.tolist()) for name, (ends_m, ends_s) in along.items()}
-    return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
-
-
 def driving_of(
     scenario: Scenario,
     assembly: Assembly,
@@ -177,7 +134,7 @@ def driving_of(
 ) -> Driving:
     """Return what drives vehicles on such ways, under the rules of the scenario; nobody is there yet."""
     lamps, slots = Lamps(traffic), slots_of(assembly)
-    signals = signals_in(assembly, lamps) if scenario.rule_for_lights == "obey" else {}
+    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
     spacing, reserve = spacing_of(scenario, assembly, traffic), Reserve()
     outside: list[Rule] = [spacing.holds] if spacing is not None else []
     outside += [light] if signals else []
@@ -202,17 +159,6 @@ def places_of(scenario: Scenario, assembly: Assembly) -> tuple[Path, ...]:
     return tuple(dict.fromkeys((*scenario.stop_files, *assembly.stop_files)))
 
 
-def slots_of(assembly: Assembly) -> dict[str, int]:
-    """Return how many vehicles fit into each place; into one that is a vehicle's own, all there are."""
-    abstraction = cast("Abstraction", assembly.abstraction)
-    system, later = abstraction.system, [one.track for one in assembly.departures if one.track]
-    if later:
-        slots = {str(name): most for name, most in abstraction.room.items()}
-        return slots | {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
-    rooms = zip(system.states, system.room, system.private, strict=True)
-    return {str(name): len(system.robots) if own else room for name, room, own in rooms}
-
-
 def ordinary_options(scenario: Scenario, assembly: Assembly, folder: Path) -> list[str]:
     """Return the options that give SUMO the ordinary vehicles, those of the route file too."""
     files = [str(file) for file in read_traffic(scenario.traffic).route_files] if scenario.traffic else []
@@ -231,23 +177,6 @@ def draw_trips(network: str, every_s: float, end_s: float, seed: int, file: Path
     script = Path(sumo.SUMO_HOME) / "tools" / "randomTrips.py"
     command = [sys.executable, str(script), *words, "-o", f"{file}.trips.xml", "-r", str(file)]
     subprocess.run(command, check=True, capture_output=True, env={"SUMO_HOME": sumo.SUMO_HOME})
-
-
-def way_of(track: Track, *, foreseen: bool = True) -> Way:
-    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
-    return Way(
-        vehicle=track.vehicle,
-        loop=track.loop,
-        lap_m=float(track.lap_m),
-        top=float(track.top_speed_mps),
-        legs=track.legs,
-        edges=track.edges,
-        position=track.start_position,
-        front_m=float(track.front_m),
-        renewed_on=track.rerouted_on,
-        keeps_lane=track.keeps_lane,
-        foreseen=foreseen,
-    )
 
 
 def drive(
@@ -275,6 +204,7 @@ def drive(
     system = cast("Abstraction", assembly.abstraction).system
     drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
     collisions: set[tuple[str, str]] = set()
+    left: list[tuple[Account, str]] = []
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
     among, own = bool(scenario.traffic or assembly.others), set(assembly.names)
     here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
@@ -291,14 +221,15 @@ def drive(
             traffic.step()
             driving = driving_of(scenario, assembly, traffic, drawn, everybody=everybody)
             ledger, sight = driving.ledger, driving.sight
+            driving.on_leaving = lambda account, why: left.append((account, why))
             driving.lay([way_of(track) for track in later])
             driving.take_in(ways[: len(here)])
             room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
-            departures = Departures(traffic, driving, due_of(assembly), room)
+            departures = Departures(traffic, driving, due_of(assembly.network, assembly.departures), room)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
             gc.collect()
             gc.freeze()  # what stands already is not looked through again and again
-            began = process_time()
+            began = perf_counter()
             for _ in range(steps):
                 driving.step()
                 found = [(c.collider, c.victim) for c in traffic.collisions()]
@@ -309,24 +240,23 @@ def drive(
                 departures.look()
                 if turnover_s:
                     turnover.step()
-            spent_s = process_time() - began
+            spent_s = perf_counter() - began
         finally:
             traffic.close()
-    waits = [vehicle.longest_s for vehicle in ledger.vehicles.values()]
-    waits += [ledger.now_s - vehicle.since_s for vehicle in ledger.waiting]
+    waits = [one.worst_wait_s(ledger.now_s) for one in driving.accounts.of.values()]
     events = pd.DataFrame([(*row, "") for row in driving.rows], columns=list(EVENT_COLUMNS))
     laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
     return Driven(
         events=events,
         findings=[] if turnover_s or later else audit_events(events, system, laps=laps),
-        km=driving.driven_m / 1000.0,
-        longest_s=max([*waits, driving.longest_s]),
+        km=driving.accounts.take_flow()[2] / 1000.0,
+        longest_s=max([*waits, *(one.worst_wait_s(ledger.now_s) for one, _ in left)]),
         collisions=len(collisions),
         trespasses=ledger.trespasses,
         sumo_s=driving.sumo_s,
         gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,
-        arrived=driving.arrived,
+        arrived=sum(why == "arrived" for _, why in left),
         on_red=driving.lights.on_red,
         joined=turnover.joined,
         ordinary=sight.met if sight else 0,

@@ -16,6 +16,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from loopgate.drive.observed import ObservedEngine
 from loopgate.errors import ScenarioError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.base import Request, View
@@ -121,7 +122,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             negotiation=self._priorities,
         )
         session = self._session = self._stack.enter_context(opened)
-        session.engine.begin()
+        self._engine(session).begin()
         self._end_s = session.traffic.now_s + scenario.warmup_s + scenario.duration_s
         self.agents = list(self.possible_agents)
         return self._observations(session), {agent: {} for agent in self.agents}
@@ -147,7 +148,8 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         if session is None or not self.agents:
             msg = "no episode is under way; call reset() first"
             raise ScenarioError(msg)
-        drivers, traffic = session.engine.drivers, session.traffic
+        engine, traffic = self._engine(session), session.traffic
+        drivers = engine.drivers
         self._priorities.of = {
             driver.robot: float(np.asarray(actions[driver.id]).item())
             for driver in drivers
@@ -157,7 +159,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         began_s = traffic.now_s
         until_s = min(self._end_s, began_s + self._every_s)
         while traffic.now_s < until_s:
-            session.engine.step()
+            engine.step()
             for look in session.each_step:
                 look()
         over = traffic.now_s >= self._end_s
@@ -174,10 +176,18 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             self.close()
         return observations, rewards, dict.fromkeys(agents, False), dict.fromkeys(agents, over), infos
 
+    @staticmethod
+    def _engine(session: Session) -> ObservedEngine:
+        """Return what drives the vehicles."""
+        if not isinstance(session.engine, ObservedEngine):
+            msg = "engine: an environment drives by the tables; leave it out"
+            raise ScenarioError(msg)
+        return session.engine
+
     def _observations(self, session: Session) -> dict[str, Observation]:
-        now_s, keeper = session.traffic.now_s, session.keeper
+        now_s, engine, gated = session.traffic.now_s, self._engine(session), session.keeper is not None
         found: dict[str, Observation] = {}
-        for driver in session.engine.drivers:
+        for driver in engine.drivers:
             row = driver.row
             waited_s = now_s - float(row["since_s"]) if row["pending"] else 0.0
             left_m = driver.line_m - driver.front_m
@@ -187,7 +197,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
                 left_m / _NEAR_M if math.isfinite(left_m) else 1.0,
                 float(row["pending"]),
                 waited_s / _LONG_S,
-                *(keeper.fullness(driver.robot) if keeper else (0.0, 0.0)),
+                *(engine.keeper.fullness(driver.robot) if gated else (0.0, 0.0)),
             )
             found[driver.id] = np.clip(np.array(seen, dtype=np.float32), 0.0, 1.0)
         return found

@@ -17,6 +17,7 @@ from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
     DRIVERS,
+    ENGINES,
     LIGHTS,
     ON_DEADLOCK,
     SPACINGS,
@@ -35,7 +36,7 @@ GROUPS = {
     "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "drivers", "starts", "stops", "traffic"),
     "Gate": (
         *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
-        *("incidents", "standing", "rho_m", "piece_m"),
+        *("incidents", "standing", "rho_m", "piece_m", "engine"),
     ),
     "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),
     "Output": ("out", "overwrite", "as_json", "positions", "fcd", "tripinfo", "edgedata"),
@@ -132,6 +133,12 @@ GROUPS = {
     "--drivers",
     type=click.Choice(DRIVERS),
     help="human (default): as the vehicle types say; machine: no dawdling, short headway.",
+)
+@click.option(
+    "--engine",
+    type=click.Choice(ENGINES),
+    help="What drives the vehicles: tables (default), or on trial ledger: it compiles nothing, and refuses "
+    "by name what it cannot do yet.",
 )
 @click.option(
     "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."

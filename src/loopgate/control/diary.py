@@ -57,6 +57,10 @@ class Diary:
         self._leg_m = inf
         self.due_m = min(self._edge_m, self._lap_m)
 
+    def edge(self) -> str:
+        """Return the edge that the front is on, or in the junction behind."""
+        return self._edges[self._edge - 1]
+
     def aim(self) -> None:
         """Say where something is to be noted next, after a grant."""
         self._leg_m = inf

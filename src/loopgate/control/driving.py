@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from time import process_time
+from math import inf
+from time import perf_counter
 from types import MappingProxyType
 from typing import Final
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.arrays import Floats
+from loopgate.control.accounts import Account, Accounts
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
@@ -24,7 +26,7 @@ from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.control.stops import Stops
-from loopgate.errors import TrafficError
+from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Insertion, Traffic
@@ -101,11 +103,15 @@ class Driving:
         self._round: dict[str, list[Leg]] = {}
         """The paths of those that drive round."""
         self.diaries: list[Diary] = []
-        self._ids: list[str] = []
+        self.names: list[str] = []
+        """The vehicles, in the order of `diaries` and `fronts`."""
         self._lines: list[tuple[Drawn, ...]] = []
         self._offset: Floats = np.zeros(0)
-        self._front: Floats = np.zeros(0)
-        self.steering = Steering(traffic)
+        self.fronts: Floats = np.zeros(0)
+        """Where the fronts are, along their ways [m]."""
+        self._tops: Floats = np.zeros(0)
+        self.accounts = Accounts(traffic)
+        self.steering = Steering(traffic, self.rows)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
@@ -116,13 +122,16 @@ class Driving:
         """Those that are to depart in the next step."""
         self.missed: list[Way] = []
         """Those that were to depart in the last step and found no room on the road."""
-        self.arrived = 0
-        """How many vehicles have come to the ends of their paths."""
-        self.longest_s = 0.0
-        """The longest wait of vehicles that have left [s]."""
+        self.departed_s: dict[str, float] = {}
+        """When vehicles departed that `let_in` let come [s]."""
+        self.on_leaving: Callable[[Account, str], None] = lambda _account, _why: None
+        """Called with the account of each vehicle that leaves, and why it does."""
+        self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
+        """Called after each answer with how many decisions it took, and how long they took [s]."""
         self._look_s = 0.0
-        self.driven_m = self.sumo_s = 0.0
-        self._changes = 0
+        self.sumo_s = 0.0
+        """Wall time in the simulator's steps [s]."""
+        self.changes = 0
         """How often vehicles have come or gone."""
 
     def lay(self, ways: Sequence[Way]) -> None:
@@ -161,10 +170,11 @@ class Driving:
         self._welcome(come)
         for way in come:
             self.ledger.vehicles[way.vehicle].held = True
+            self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
 
     def _welcome(self, ways: Sequence[Way]) -> None:
-        traffic, first, fronts = self._traffic, len(self._ids), list[float]()
-        self._changes += len(ways)
+        traffic, first, fronts = self._traffic, len(self.names), list[float]()
+        self.changes += len(ways)
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
             path = self.path(way)
             like = traffic.dynamics(way.vehicle)
@@ -179,21 +189,24 @@ class Driving:
                 foreseen=way.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
-            vehicle.row = len(self._ids)
+            vehicle.row = len(self.names)
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
             fronts.append(way.front_m)
-            self._ids.append(way.vehicle)
+            self.names.append(way.vehicle)
             states = [str(leg.state) for leg in way.legs]
             edges = [edge for _, edge in way.edges]
             begins_m = [float(begin_m) for begin_m, _ in way.edges]
             diary = Diary(vehicle, way.loop, states, path, edges, begins_m, way.renewed_on)
             self.diaries.append(diary)
+            self.accounts.open(diary)
             self._lines.append(way.legs)
             traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
             self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
+            self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
         fresh = self.diaries[first:]
-        self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self._ids[first:]))
-        self._front = np.append(self._front, fronts)
+        self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self.names[first:]))
+        self.fronts = np.append(self.fronts, fronts)
+        self._tops = np.append(self._tops, [diary.vehicle.make.top for diary in fresh])
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
         for way in ways:
@@ -240,17 +253,22 @@ class Driving:
         path += [] if path else self._layout.path(way.legs)
         return path
 
-    def leave(self, name: str) -> None:
+    def odometers(self) -> Floats:
+        """Return what the odometers read after the last step [m]."""
+        return self.fronts - self._offset
+
+    def leave(self, name: str, why: str = "left") -> None:
         """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
         vehicle = self.ledger.vehicles[name]
         row = vehicle.row
         for body in vehicle.bodies[:-1]:
             self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
-        self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, "left"))
-        waits_s = self.ledger.now_s - vehicle.since_s if vehicle.asks else 0.0
-        self.longest_s = max(self.longest_s, vehicle.longest_s, waits_s)
+        self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, why))
+        account = self.accounts.of[name]
+        self.on_leaving(account, why)
+        self.accounts.close(account)
         self.ledger.leave(vehicle)
-        self._changes += 1
+        self.changes += 1
         if self._round.pop(name, None) is not None:
             self._leave_room()
         self.steering.forget(vehicle)
@@ -261,34 +279,36 @@ class Driving:
             self._spacing.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
-        del self.diaries[row], self._ids[row], self._lines[row]
-        self._offset, self._front = np.delete(self._offset, row), np.delete(self._front, row)
+        del self.diaries[row], self.names[row], self._lines[row]
+        self._offset, self.fronts, self._tops = (
+            np.delete(column, row) for column in (self._offset, self.fronts, self._tops)
+        )
         for later in self.diaries[row:]:
             later.vehicle.row -= 1
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
         self.ledger.open_up()
-        began = process_time()
+        began = perf_counter()
         self._traffic.step()
-        self.sumo_s += process_time() - began
+        self.sumo_s += perf_counter() - began
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
-                self.leave(name)
-                self.arrived += 1
+                self.leave(name, "arrived")
+        there = len(self.names)
         self._let_come()
-        fronts = self._traffic.odometers(self._ids) + self._offset
-        moved = fronts - self._front
-        self.driven_m += float(moved.sum())
+        fronts = self._traffic.odometers(self.names) + self._offset
+        moved = fronts - self.fronts
         speeds = moved / self._traffic.step_s
-        self._front = fronts
+        self.fronts = fronts
         for vehicle in look(self.diaries, fronts.tolist(), speeds.tolist(), self.ledger, self.rows):
             self._hold_anew(vehicle)
+        # Nobody moves in the step in which it departs.
+        self.accounts.look(self.diaries[:there], moved[:there], self._tops[:there])
         for name in self._traffic.halted():
-            wanted = self.ledger.vehicles[name].wanted()
-            self.rows.append((now_s, name, Event.HOLD, wanted.name if wanted else "", ""))
+            self._halts(self.accounts.of[name], now_s)
         for vehicle in self.steering.step():
             if vehicle.held:
                 self._hold(vehicle)
@@ -304,12 +324,16 @@ class Driving:
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
         if self.sight is not None:
-            self.sight.look(self.ledger.vehicles, self._changes)
+            self.sight.look(self.ledger.vehicles, self.changes)
+        looked_at, began = self.ledger.looked_at, perf_counter()
         self.ledger.answer(now_s)
+        self.on_answer(self.ledger.looked_at - looked_at, perf_counter() - began)
         gone, stay = write_down(self.ledger, self.diaries, self.rows)
         for vehicle in gone:
             if vehicle.held:
                 vehicle.held = False
+                if self.accounts.of[vehicle.name].goes_on(now_s):
+                    self.rows.append((now_s, vehicle.name, Event.GO, vehicle.leg.place.name, ""))
                 if not self.steering.leads_back(vehicle):
                     self._traffic.release(vehicle.name)
             if vehicle.steered:
@@ -320,17 +344,34 @@ class Driving:
         for vehicle in stay:
             if not vehicle.held:
                 self._hold(vehicle)
-        self.lights.look(gone)
+        self.lights.look(gone, stay)
         if self.sight is not None:
             self._courtesy.look(gone)
+
+    def _halts(self, account: Account, now_s: float) -> None:
+        """Note that a vehicle has come to rest at the line where it is held."""
+        vehicle = account.vehicle
+        if vehicle.held and account.halted_s == inf:
+            account.halted_s = now_s
+            self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
+
+    @staticmethod
+    def wanted(vehicle: Vehicle) -> str:
+        """Return the name of the place that a vehicle wants; an empty text where its way ends."""
+        wanted = vehicle.wanted()
+        return wanted.name if wanted else ""
 
     def _hold(self, vehicle: Vehicle) -> None:
         line = self._drawn(vehicle, vehicle.granted).line
         vehicle.held = True
         try:
             on_lane = self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
+        except ClosedLaneError:  # it stands before its line, since it asked in time
+            self._traffic.brake(vehicle.name, hard=False)
         except TrafficError:  # too late to stop there
             self.overruns += 1
+            place = self.wanted(vehicle)
+            self.rows.append((self._traffic.now_s, vehicle.name, Event.OVERRUN, place, ""))
             self._traffic.brake(vehicle.name)
         else:
             if not on_lane:

@@ -8,16 +8,13 @@ from typing import Final
 
 from loopgate.control.chain import closes_by_entering
 from loopgate.control.keeping import Keeping
-from loopgate.control.places import POINT, Body, Leg, Make, Place, Trip, Vehicle
+from loopgate.control.places import POINT, TOLERANCE_M, Body, Leg, Make, Place, Trip, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
 GRANTED: Final = "granted"
 REFUSED: Final = "refused"
 LEFT: Final = "left"
 BRAKES: Final = "brakes"
-
-TOLERANCE_M: Final = 0.5
-"""Rounding allowed before a front beyond its line counts as one [m]."""
 
 WAIT_S: Final = 5.0
 """So long a wait counts as much as one vehicle more behind than before [s]."""
@@ -64,6 +61,8 @@ class Ledger:
         reason), `LEFT` by a rear, or `BRAKES` (behind one that has not asked); vehicle, place, reason."""
         self.trespasses = 0
         """How often a front was past the end of the last granted leg: should be never."""
+        self.refusals: dict[str, int] = {}
+        """How often each reason was given."""
         self._grants = 0
         self._turn = 0
         self._made = 0
@@ -132,7 +131,7 @@ class Ledger:
     def passed(self, vehicle: Vehicle) -> None:
         """Record that the front of a vehicle has come to where it has something to do, or beyond."""
         front_m = vehicle.front_m
-        if front_m > vehicle.line_m + TOLERANCE_M:
+        if vehicle.trespasses():
             self.trespasses += 1
         while vehicle.trips and front_m >= vehicle.trips[0].clear_m:
             trip = vehicle.trips.pop(0)
@@ -311,6 +310,7 @@ class Ledger:
                     vehicle.refused_s.setdefault(refusal.reason, self.now_s)
                     wanted = vehicle.wanted() or vehicle.leg.place
                     self.log.append((REFUSED, vehicle, wanted, refusal.reason))
+                    self.refusals[refusal.reason] = self.refusals.get(refusal.reason, 0) + 1
                 self._sleep(vehicle, refusal)
                 return False
         vehicle.asks = False

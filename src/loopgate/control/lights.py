@@ -89,30 +89,51 @@ def _slow_s(vehicle: Vehicle, signal: Signal, distance_m: float) -> float:
 class Lights:
     """Lets vehicles with a grant pass at amber, and stops them at red if they can still brake.
 
-    `on_red`: how often a line was crossed on red. `stood_s`: how long vehicles stood at a light though they
-    held a grant beyond it [s].
+    `on_red`: how often a line was crossed on red. `grants`: how many led over a light. `stood`, `stood_s`:
+    how often and for how long vehicles stood at a light though they held a grant beyond it [s].
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self._under_way: dict[Vehicle, None] = {}
         self._heedless: set[Vehicle] = set()
-        self.on_red = 0
+        self._refused: dict[Vehicle, tuple[float, Pass]] = {}
+        """Since when vehicles wait for green [s], and before which movement."""
+        self._longest: tuple[float, Pass | None] = (0.0, None)
+        self.on_red = self.grants = self.stood = 0
         self.stood_s = 0.0
 
     def forget(self, vehicle: Vehicle) -> None:
         """Take note that the vehicle is in the ledger no longer."""
         self._under_way.pop(vehicle, None)
         self._heedless.discard(vehicle)
+        self._refused.pop(vehicle, None)
 
-    def look(self, granted: Iterable[Vehicle]) -> None:
-        """Look at the lights before vehicles that were let go, once in each step, after all answers."""
+    def longest(self) -> tuple[float, Pass | None]:
+        """Return the longest wait for green so far [s], and before which movement."""
+        now_s = self._traffic.now_s
+        waits = [(now_s - since_s, over) for since_s, over in self._refused.values()]
+        return max([self._longest, *waits], key=lambda one: one[0])
+
+    def look(self, granted: Iterable[Vehicle], refused: Iterable[Vehicle] = ()) -> None:
+        """Look at the lights before vehicles that were let go, once in each step, after all answers.
+
+        `granted`, `refused`: the vehicles that were let go in this step, or refused for another reason.
+        """
         now_s = self._traffic.now_s
         for vehicle in granted:
+            since_s, over = self._refused.pop(vehicle, (now_s, None))
+            if now_s - since_s > self._longest[0]:
+                self._longest = now_s - since_s, over
             if vehicle.trips:
                 self._under_way[vehicle] = None
+        for vehicle in refused:
+            if vehicle.reason == "red":
+                lit = next(over for over in vehicle.leg.passes if over.signal is not None)
+                self._refused[vehicle] = vehicle.refused_s["red"], lit
         for vehicle in list(self._under_way):
             ahead = [trip for trip in vehicle.trips if trip.over.signal is not None and not trip.lit]
+            self.grants += sum(not trip.known for trip in ahead)
             while ahead and vehicle.front_m > ahead[0].light_m:
                 trip = ahead.pop(0)
                 trip.lit = True
@@ -146,6 +167,8 @@ class Lights:
             trip.committed = False
         if vehicle.speed < _STANDING_MPS:
             self.stood_s += self._traffic.step_s
+            self.stood += not trip.stood
+            trip.stood = True
 
     def _tell(self, vehicle: Vehicle, drives_on: bool) -> None:  # noqa: FBT001  what it is told
         if drives_on != (vehicle in self._heedless):

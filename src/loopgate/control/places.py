@@ -12,6 +12,9 @@ from loopgate.control.roads import Lookout, Stretch
 MARGIN_M: Final = 1.0
 """Room kept beyond the braking distance when a vehicle asks [m]."""
 
+TOLERANCE_M: Final = 0.5
+"""Rounding allowed before a front beyond its line counts as one [m]."""
+
 
 class Place:
     """A piece of road where vehicles stand in line; the first in line leaves it first.
@@ -176,18 +179,18 @@ class Trip:
     `line_m`: where the line before it is on the vehicle's way. `clear_m`: its rear is over when its front is
     there. `number`: the how manieth grant it was. `into`: the vehicle's body in the place behind. `leg`: the
     leg before it. `light_m`: where its light is, if it has one; `lit`: whether the front is past that;
-    `committed`: whether it drives on there at amber, once that is `known`.
+    `committed`: whether it drives on there at amber, once that is `known`. `stood`: whether it stood there.
     """
 
     __slots__ = (
         "clear_m", "committed", "into", "known", "leg", "light_m", "line_m", "lit", "number", "over",
-        "vehicle",
+        "stood", "vehicle",
     )  # fmt: skip
 
     def __init__(self, into: Body, leg: Leg, over: Pass, number: int, line_m: float, clear_m: float) -> None:
         self.leg: Final = leg
         self.light_m: Final = line_m + over.ahead_m
-        self.lit = self.known = self.committed = False
+        self.lit = self.known = self.committed = self.stood = False
         self.vehicle: Final = into.vehicle
         self.into: Final = into
         self.over: Final = over
@@ -273,6 +276,10 @@ class Vehicle:
     def stops_here(self) -> bool:
         """Return whether it is to stop by itself, or does, before the end of its last granted leg."""
         return self.stop_m < self.line_m
+
+    def trespasses(self) -> bool:
+        """Return whether its front is past the end of its last granted leg."""
+        return self.front_m > self.line_m + TOLERANCE_M
 
     def left_m(self) -> float:
         """Return how far it is from there [m]."""

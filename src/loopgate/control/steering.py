@@ -13,9 +13,11 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import Guide
+from loopgate.control.diary import Row
 from loopgate.control.places import Vehicle
 from loopgate.errors import TrafficError
 from loopgate.network.loop import LanePosition
+from loopgate.results.columns import Event
 from loopgate.traffic.base import Traffic
 
 STANDING_MPS: Final = 0.1
@@ -50,8 +52,8 @@ class _Way:
 class Steering:
     """Sets the stops by which vehicles keep to their lanes, and drops them in time."""
 
-    def __init__(self, traffic: Traffic) -> None:
-        self._traffic = traffic
+    def __init__(self, traffic: Traffic, rows: list[Row]) -> None:
+        self._traffic, self._rows = traffic, rows
         self._ways: dict[Vehicle, _Way] = {}
         self.strays = 0
         """Vehicles that were on another lane than their loop's."""
@@ -92,6 +94,7 @@ class Steering:
         vehicle.steered = True
         self.strays += 1
         on = self._traffic.lane_index(vehicle.name)
+        self._rows.append((way.astray_s, vehicle.name, Event.STRAY, f"{line.edge}_{on}", ""))
         way.guides.appendleft(Guide(line.edge, on, line.position_m, -inf, to_lane=line.lane))
         self._traffic.release(vehicle.name)
         try:

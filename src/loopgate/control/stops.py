@@ -94,8 +94,11 @@ class Stops:
         self._untold: dict[str, None] = {}
         self.served = self.missed = 0
         """How many stops have been made and missed."""
-        self.stood_s = 0.0
-        """For how long vehicles stood at stops that they have made [s]."""
+        self.made: dict[str, tuple[int, float]] = {}
+        """By vehicle how many stops it has made, and for how long it stood at them [s]."""
+
+    def __bool__(self) -> bool:
+        return bool(self._stops)
 
     def take_in(
         self, vehicle: Vehicle, edges: Sequence[tuple[float, str]], renewed_on: str, *, again: bool
@@ -206,9 +209,9 @@ class Stops:
         done = way.ahead.pop(0)
         way.told -= 1
         self.served += 1
-        if way.since_s < inf:
-            self.stood_s += now_s - way.since_s
-            way.since_s = inf
+        served, stood_s = self.made.get(way.vehicle.name, (0, 0.0))
+        self.made[way.vehicle.name] = served + 1, stood_s + max(0.0, now_s - way.since_s)
+        way.since_s = inf
         self._note(way, SERVED, way.stops[done.number])
         self._put_off(way, done)
         self._tell(way)

@@ -259,6 +259,15 @@ class Gatekeeper:
         counts = zip(REASONS, self._reasons["refused"].tolist(), strict=True)
         return {reason.value: count for reason, count in counts if reason and count}
 
+    @property
+    def sent(self) -> int:
+        """How many messages vehicles sent one another, or the gate for them."""
+        return self.messages + (sum(self.by_messages.radio.sent.values()) if self.by_messages else 0)
+
+    def report(self) -> Mapping[str, Any]:
+        """Return more figures for ``summary.json``: of messages, if vehicles decide."""
+        return {"by_messages": self.by_messages.report()} if self.by_messages else {}
+
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]

@@ -107,26 +107,9 @@ class Timetable:
             self._read(number)
         return cast("NDArray[np.int64]", self._now["letters"][lights])
 
-    def ever_open(self, light: str, link: int) -> bool:
-        """Return whether the program that the light follows now opens the link in any phase."""
-        phases = self._followed[self._known(light)].phases
-        return not phases or any(ord(phase.state[link]) in OPEN for phase in phases)
-
-    def longest_closed_s(self, light: str, link: int) -> float:
-        """Return for how long a fixed program keeps the link closed on end [s]; 0 where it is not fixed."""
-        program = self._followed[self._known(light)]
-        if not program.fixed or not program.phases:
-            return 0.0
-        if not self.ever_open(light, link):
-            return math.inf
-        longest = closed = 0.0
-        phase = 0
-        for _ in range(2 * len(program.phases)):
-            here = program.phases[phase]
-            closed = 0.0 if ord(here.state[link]) in OPEN else closed + here.longest_s
-            longest = max(longest, closed)
-            phase = here.following
-        return longest
+    def program(self, light: str) -> Program:
+        """Return the program that a light follows now."""
+        return self._followed[self._known(light)]
 
     def _known(self, light: str) -> int:
         """Return the number of a light, read anew if what was read holds no longer."""

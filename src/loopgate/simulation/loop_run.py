@@ -11,6 +11,7 @@ from loopgate.drive.engine import Engine
 from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.drives import Drive
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.collisions import Collisions
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
@@ -64,7 +65,7 @@ Tick = Callable[[float, RunCourse], None]
 
 
 def drive(
-    engine: Engine,
+    engine: Drive,
     traffic: Traffic,
     detector: DeadlockDetector,
     collisions: CollisionLog,
@@ -95,7 +96,7 @@ def drive(
         if scenario.warmup_s <= 0:
             engine.measure_from_now()
         course.begin_s = start + scenario.warmup_s
-        engine.run["counts_from_s"] = course.begin_s + traffic.step_s / 2.0  # from the step behind it
+        engine.count_from(course.begin_s + traffic.step_s / 2.0)  # from the step behind it
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
         while traffic.now_s < end and not over():
@@ -116,7 +117,7 @@ def drive(
                     note_deadlock(deadlock, course, recorder)
                     if scenario.on_deadlock == "stop":
                         break
-                    if scenario.on_deadlock == "teleport":
+                    if scenario.on_deadlock == "teleport" and isinstance(engine, Engine):  # under no gate
                         _teleport_one(deadlock, engine, traffic)
     except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
-from math import inf
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 from time import perf_counter
@@ -10,11 +10,10 @@ from typing import Any
 
 from loopgate.audit import read_layout, write_layout
 from loopgate.disk import writing
-from loopgate.drive.changing import ChangingEngine
 from loopgate.errors import ScenarioError
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.gates import Gate, make_gate
-from loopgate.model import System, write_system
+from loopgate.gates import make_gate
+from loopgate.model import write_system
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork, read_loops
@@ -24,17 +23,12 @@ from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.containment import Containment
-from loopgate.simulation.fleet.departures import Departures, GatedDepartures, OpenDepartures
-from loopgate.simulation.fleet.fleet import Fleet, Rules
-from loopgate.simulation.fleet.parking import Parking
-from loopgate.simulation.fleet.spacing import Holding, SpeedAdvice
-from loopgate.simulation.fleet.stops import Stops
+from loopgate.simulation.by_ledger import check as check_ledger
+from loopgate.simulation.by_ledger import open_ledger
+from loopgate.simulation.by_tables import Keeping, open_tables
 from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, drive
 from loopgate.simulation.plain_run import run_plainly
-from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.positions import make_layout, record_positions
-from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
@@ -54,11 +48,7 @@ from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
-from loopgate.simulation.watching.window import Window
 from loopgate.simulation.ways_driven import as_driven
-from loopgate.traffic.base import Traffic
-
-_Keeping = tuple[System, Gate, Negotiation]
 
 _SHORT_S, _MOST_OF_IT = 300.0, 0.9
 """In a run that is shorter than the time after which vehicles starve this part of it is enough; but not less
@@ -149,9 +139,7 @@ def _run(
         if session.keeper is not None:
             known = session.containment
             told = {"stands": known.why, "reason": known.reason} if known else {}
-            hunger = StarvationWatch(
-                engine, session.keeper, traffic, recorder, after_s=_starving_after_s(scenario), **told
-            )
+            hunger = StarvationWatch(engine, traffic, recorder, after_s=_starving_after_s(scenario), **told)
         course = drive(
             engine,
             traffic,
@@ -169,8 +157,8 @@ def _run(
         tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
         if turns := session.turns:
             layout = read_layout(folder / run_folder.LAYOUT)
-            drivers = [one for one in session.engine.drivers if one.id in turns and one.track.rounds]
-            granted = {driver.id: driver.granted for driver in drivers}
+            legs = dict(zip(engine.names(), engine.granted().tolist(), strict=True))
+            granted = {vehicle: leg for vehicle, leg in legs.items() if vehicle in turns.keys() - once}
             write_layout(as_driven(layout, turns, granted), folder / run_folder.LAYOUT)
     summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
     summary["wall_s"] |= {"prepared": round(prepared_s, 3), "total": round(perf_counter() - began, 3)}
@@ -245,6 +233,9 @@ def open_session(
     LoopgateError
         If the scenario does not fit together, SUMO refuses it, or the disk is full.
     """
+    if backend == "gui" and scenario.engine == "ledger":
+        msg = "engine: ledger paints no vehicles so far; take tables, or leave --gui out"
+        raise ScenarioError(msg)
     said = sumo_options(scenario)
     end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
     beside = read_traffic(scenario.traffic) if scenario.traffic else None
@@ -273,110 +264,16 @@ def open_session(
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
-        fleet = None
-        if keeping is not None:
-            fleet = _fleet(scenario, assembly, traffic, recorder, keeping)
-            engine = fleet.engine
-            stack.callback(fleet.close)
+        if keeping is not None and scenario.engine == "ledger":
+            session = open_ledger(scenario, assembly, traffic, recorder, keeping[1])
         else:
-            engine = ChangingEngine(traffic, assembly.tracks, None, recorder)
-        around = fleet.around if fleet else None
-        parking = Parking(traffic, engine, around.has_room) if around else None
-        stops = Stops(traffic, engine, recorder, assembly.stops, parking)
-        departures = _departures(assembly, traffic, engine, fleet)
-        rerouting = Rerouting(assembly, traffic, engine) if fleet and assembly.anew else None
-        containment = _containment(scenario, assembly, traffic, engine, recorder, stops)
-        spacing = _spacing(scenario, assembly, traffic, engine)
-        seen = [Window(traffic, engine, assembly.loops).look] if backend == "gui" else []
-        looks = (
-            *((engine.open_up,) if fleet and (assembly.departures or assembly.stops or containment) else ()),
-            *((departures.look,) if assembly.departures else ()),
-            *((rerouting.look,) if rerouting else ()),
-            *((stops.look,) if assembly.stops else ()),
-            *((containment.look,) if containment else ()),
-            *((parking.look,) if parking and containment and not assembly.stops else ()),
-            *(fleet.around.each_step if fleet else ()),
-            *spacing,
-            *guard,
-            *seen,
-        )
-        keeper = fleet.keeper if fleet else None
+            session, close = open_tables(
+                scenario, assembly, traffic, recorder, keeping, window=backend == "gui"
+            )
+            stack.callback(close)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
-        notes = (*said.notes, *absent, *(parking.notes(assembly.stops) if parking else ()))
-        yield Session(
-            traffic, engine, recorder, keeper, around, stops, departures, rerouting, containment, looks, notes
-        )
-
-
-def _fleet(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, keeping: _Keeping
-) -> Fleet:
-    """Return the fleet of a gated run, whose vehicles are to be taken over."""
-    system, gate, orders = keeping
-    air = scenario.by_messages
-    if air is not None and (assembly.departures or assembly.stops or assembly.others):
-        msg = (
-            "decide: vehicles works with loops without stops, whose vehicles are all there from the beginning"
-        )
-        raise ScenarioError(msg)
-    rules = Rules(
-        scenario.gate,
-        orders,
-        lights=scenario.rule_for_lights == "obey",
-        others=bool(scenario.traffic or assembly.others),
-        serve_after_s=scenario.serve_after_s or inf,
-        foresees=True,
-        unforeseen=assembly.unforeseen,
-        expects=bool(assembly.departures) or assembly.contains,
-        air=air,
-        seed=scenario.seed,
-    )
-    fleet = Fleet(assembly.network, traffic, recorder, rules)
-    abstraction = assembly.abstraction
-    itineraries = (*abstraction.itineraries, *abstraction.later) if abstraction else ()
-    later = (departure.track for departure in (*assembly.departures, *assembly.other_ways))
-    tracks = (*assembly.tracks, *(track for track in later if track is not None))
-    room = {str(state): most for state, most in zip(system.states, system.room, strict=True)}
-    fleet.drive_by(itineraries, tracks, (dict(abstraction.room) if abstraction else {}) or room)
-    fleet.begin(system, gate, assembly.tracks)
-    return fleet
-
-
-def _departures(
-    assembly: Assembly, traffic: Traffic, engine: ChangingEngine, fleet: Fleet | None
-) -> Departures:
-    if fleet is not None:
-        return GatedDepartures(assembly.departures, assembly.network, traffic, fleet)
-    return OpenDepartures(assembly.departures, assembly.network, traffic, engine)
-
-
-def _containment(
-    scenario: Scenario,
-    assembly: Assembly,
-    traffic: Traffic,
-    engine: ChangingEngine,
-    recorder: Recorder,
-    stops: Stops,
-) -> Containment | None:
-    if not assembly.contains:
-        return None
-    standing = PlannedStanding(assembly.incidents, stops, assembly.stops)
-    waits, ways = scenario.standing == "wait", find_ways_round(assembly)
-    leaves = scenario.gated and scenario.standing == "leave"
-    return Containment(
-        standing, ways, traffic, engine, recorder, waits=waits, gated=scenario.gated, leaves=leaves
-    )
-
-
-def _spacing(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, engine: ChangingEngine
-) -> list[Callable[[], None]]:
-    if scenario.rule_for_spacing == "none":
-        return []
-    loops = {start.vehicle: start.loop for start in assembly.everybody}
-    if scenario.rule_for_spacing == "hold":
-        return [Holding(assembly.network, loops, engine).look]
-    return [SpeedAdvice(assembly.network, loops, engine, traffic).look]
+        notes = (*said.notes, *absent, *session.notes)
+        yield replace(session, each_step=(*session.each_step, *guard), notes=notes)
 
 
 def _input_options(
@@ -411,14 +308,13 @@ def _input_options(
     return [*starts, *routes, *begin]
 
 
-def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> _Keeping | None:
+def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> Keeping | None:
     """Return states, gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
     if not scenario.gated or assembly.abstraction is None:
         return None
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
-    return (
-        system,
-        gate,
-        negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed)),
-    )
+    if scenario.engine == "ledger":
+        check_ledger(scenario, assembly, gate)
+    orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
+    return system, gate, orders

@@ -12,7 +12,6 @@ import pandas as pd
 from loopgate.analysis.monitoring import compute_edges
 from loopgate.analysis.waits import compute_wait_causes, wait_figures
 from loopgate.disk import disk_error, writing
-from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
@@ -47,6 +46,7 @@ from loopgate.results.columns import (
     Y,
 )
 from loopgate.results.recorder import read_events
+from loopgate.simulation.drives import Answers
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.deadlock_detector import Deadlock
@@ -233,7 +233,7 @@ def summary(
     *,
     loops: int,
     folder: Folder,
-    keeper: Gatekeeper | None = None,
+    keeper: Answers | None = None,
     findings: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -246,7 +246,7 @@ def summary(
     folder
         Where the results are, for the command that repeats the run.
     keeper
-        The gatekeeper of a gated run.
+        What answered requests in a gated run.
     findings
         Findings of the audit of a gated run.
     warnings
@@ -266,6 +266,7 @@ def summary(
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
         "drivers": scenario.drivers,
+        "engine": scenario.engine,
         "starts": scenario.rule_for_starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),
@@ -281,7 +282,7 @@ def summary(
         "decisions": decisions.count,
         "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
         "stages": {stage: times["count"] for stage, times in stage_us.items()},
-        "messages": _messages(keeper),
+        "messages": keeper.sent if keeper else 0,
         "decision_us": decisions.summary(),
         "stage_us": stage_us,
         "wall_s": {
@@ -296,14 +297,7 @@ def summary(
     }
 
 
-def _messages(keeper: Gatekeeper | None) -> int:
-    if keeper is None:
-        return 0
-    decisions = keeper.by_messages
-    return keeper.messages + (sum(decisions.radio.sent.values()) if decisions is not None else 0)
-
-
-def promise_figures(keeper: Gatekeeper | None) -> dict[str, str]:
+def promise_figures(keeper: Answers | None) -> dict[str, str]:
     """Return which vehicles the gate promises can always go on, and under which conditions."""
     promise = getattr(getattr(keeper, "gate", None), "promise", "")
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}

@@ -5,19 +5,16 @@ from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
 
-from loopgate.drive.changing import ChangingEngine
-from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
 from loopgate.results.columns import BEGINS, Event
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import run_folder
-from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.containment import Containment
+from loopgate.simulation.drives import Answers, Drive, Reports, StopFigures
 from loopgate.simulation.fleet.departures import Departures
-from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.rerouting import Rerouting
@@ -57,11 +54,11 @@ class Session:
     """
 
     traffic: Traffic
-    engine: ChangingEngine
+    engine: Drive
     recorder: Recorder
-    keeper: Gatekeeper | None
-    around: Surroundings | None
-    stops: Stops
+    keeper: Answers | None
+    around: Reports | None
+    stops: StopFigures
     departures: Departures
     rerouting: Rerouting | None
     containment: Containment | None
@@ -76,7 +73,7 @@ class Session:
 
     def tallies(self, assembly: Assembly, detector: DeadlockDetector, course: RunCourse) -> list[Tally]:
         """Return the row of each vehicle; it is empty before the departure."""
-        now, drivers, departures = course.end_s, self.engine.driver_of, self.departures
+        now, drivers, departures = course.end_s, self.engine.records, self.departures
         on_road = set(self.traffic.vehicles())
         loops = {start.vehicle: start.loop for start in assembly.everybody}
         tallies = []
@@ -114,13 +111,11 @@ class Session:
 
     def report(self, end_s: float) -> dict[str, Any]:
         """Return the figures of traffic, stops, departures and reroutes at the end of the run [s]."""
-        around = self.around.report() if self.around else {}
-        other_ways = self.rerouting.report() if self.rerouting else {}
-        other_ways |= self.containment.report() if self.containment else {}
-        decisions = self.keeper.by_messages if self.keeper else None
-        if decisions is not None:
-            other_ways["by_messages"] = decisions.report()
-        return around | self.stops.report() | self.departures.report(end_s) | other_ways
+        told = dict(self.around.report() if self.around else {})
+        told |= {**self.stops.report(), **self.departures.report(end_s)}
+        told |= self.rerouting.report() if self.rerouting else {}
+        told |= self.containment.report() if self.containment else {}
+        return told | dict(self.keeper.report() if self.keeper else {})
 
 
 def sum_up(

@@ -9,6 +9,7 @@ from lights_scene import Scene, signal
 
 from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Signal, Timetable
+from loopgate.simulation.around.lights import longest_closed_s
 from loopgate.traffic.base import Light, Phase, Program
 
 CROSS = (Phase("Gr", 20.0, 1), Phase("yr", 3.0, 2), Phase("rG", 30.0, 3), Phase("ry", 3.0, 0))
@@ -99,17 +100,15 @@ def test_a_light_is_read_again_only_when_it_can_have_changed() -> None:
 
 def test_how_long_it_stays_red() -> None:
     """Over the end of the cycle too; for ever if no phase opens the link; unknown if it follows traffic."""
-    timetable = cross(fixed=True).timetable
-    assert timetable.longest_closed_s("t", 0) == 36.0
-    assert timetable.longest_closed_s("t", 1) == 26.0
-    assert timetable.ever_open("t", 0)
+    program = cross(fixed=True).timetable.program("t")
+    assert longest_closed_s(program, 0) == 36.0
+    assert longest_closed_s(program, 1) == 26.0
     traffic = FakeTraffic({})
     traffic.lights["u"] = Light("r", 1000.0, "p", 0)
     traffic.programs["u"] = Program((Phase("r", 1000.0, 1), Phase("y", 3.0, 0)), fixed=True)
     never = Timetable(traffic, [Signal("over u", "u", 0, 10.0)])
-    assert not never.ever_open("u", 0)
-    assert never.longest_closed_s("u", 0) == math.inf
-    assert cross(fixed=False).timetable.longest_closed_s("t", 0) == 0.0
+    assert longest_closed_s(never.program("u"), 0) == math.inf
+    assert longest_closed_s(cross(fixed=False).timetable.program("t"), 0) == 0.0
 
 
 def test_lights_that_are_off_let_everybody_pass() -> None:

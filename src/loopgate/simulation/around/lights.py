@@ -3,18 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.control.lamps import OPEN
 from loopgate.drive.engine import Engine
 from loopgate.drive.timetable import Signal, Timetable
 from loopgate.network import RoadNetwork
+from loopgate.traffic.base import Program
 
-__all__ = ["Lights", "signals_of"]
+__all__ = ["Lights", "ShownLights", "longest_closed_s", "signals_of"]
 
 _LONG_RED_S = 300.0
 """A red this long is worth a warning [s]."""
+
+
+def longest_closed_s(program: Program, link: int) -> float:
+    """Return for how long a program keeps a link closed on end [s]; 0 where that is not fixed."""
+    phases = program.phases
+    if not phases:
+        return 0.0
+    if not any(phase.state[link] in OPEN for phase in phases):
+        return math.inf
+    longest_s = closed_s = 0.0
+    phase = 0
+    for _ in range(2 * len(phases) if program.fixed else 0):
+        here = phases[phase]
+        closed_s = 0.0 if here.state[link] in OPEN else closed_s + here.longest_s
+        longest_s = max(longest_s, closed_s)
+        phase = here.following
+    return longest_s
 
 
 def signals_of(network: RoadNetwork) -> list[Signal]:
@@ -27,57 +46,47 @@ def signals_of(network: RoadNetwork) -> list[Signal]:
     return found
 
 
-class Lights:
-    """Tells of lights that the vehicles of an engine obey (`loopgate.drive.lights`).
+class ShownLights:
+    """Lights that vehicles obey, and their figures for ``summary.json``.
 
     Parameters
     ----------
-    engine
-        Drives the vehicles.
-    timetable
-        What the lights show.
+    program
+        Returns the program that a light follows now, by name.
     """
 
-    def __init__(self, engine: Engine, timetable: Timetable) -> None:
-        self._engine, self._timetable = engine, timetable
+    def __init__(self, program: Callable[[str], Program]) -> None:
+        self._program = program
         self._used: dict[tuple[str, int], str] = {}
         """Movements on the loops by light and link."""
 
-    def plan(self, itineraries: Iterable[Itinerary]) -> None:
-        """Take the tables of the vehicles, for the first time or again."""
+    def plan(self, itineraries: Iterable[Itinerary], signals: Mapping[str, tuple[str, int]]) -> None:
+        """Take the ways of the vehicles, for the first time or again; `signals` by movement."""
         self._used.clear()
         for itinerary in {itinerary.loop: itinerary for itinerary in itineraries}.values():
             for crossing in (crossing for leg in itinerary.legs for crossing in leg.crossings):
-                number = self._timetable.numbers.get(crossing.id)
-                if number is not None:
-                    signal = self._timetable.signals[number]
-                    self._used[signal.light, signal.link] = signal.movement
+                if crossing.id in signals:
+                    self._used[signals[crossing.id]] = crossing.id
 
-    def _longest(self) -> tuple[float, Signal | None]:
-        """Return the longest wait for green so far [s], and before which light."""
-        longest_s, since_s, at = (self._engine.run[name][0] for name in ("red_s", "red_since_s", "red_at"))
-        signal = self._timetable.signals[at] if longest_s > 0.0 else None
-        return max(0.0, min(float(longest_s), float(self._engine.run["now_s"][0] - since_s))), signal
-
-    def figures(self) -> dict[str, Any]:
-        """Return the figures of obeyed lights for ``summary.json``."""
-        run = self._engine.run
-        longest_s, signal = self._longest()
+    def figures(
+        self, *, grants: int, stood: int, stood_s: float, on_red: int, longest_red_s: float, at: str
+    ) -> dict[str, Any]:
+        """Return figures for ``summary.json``; `at` is where a vehicle waited longest."""
         return {
-            "grants": int(run["let_go"][0]),
-            "stood": int(run["stood"][0]),
-            "stood_s": round(float(run["stood_s"][0]), 3),
-            "on_red": int(run["on_red"][0]),
-            "longest_red_s": round(longest_s, 3),
-            "longest_red_at": signal.movement if signal else "",
+            "grants": grants,
+            "stood": stood,
+            "stood_s": round(stood_s, 3),
+            "on_red": on_red,
+            "longest_red_s": round(longest_red_s, 3),
+            "longest_red_at": at,
         }
 
-    def warnings(self) -> list[str]:
-        """Return lines about lights on the loops that never or rarely turn green."""
+    def warnings(self, longest_red_s: float, at: str) -> list[str]:
+        """Return lines about lights on the loops that never or rarely turn green, and the longest wait."""
         never, rarely = [], []
         for (light, link), movement in self._used.items():
-            closed_s = self._timetable.longest_closed_s(light, link)
-            if not self._timetable.ever_open(light, link):
+            closed_s = longest_closed_s(self._program(light), link)
+            if closed_s == math.inf:
                 never.append(f"{movement} (light {light})")
             elif closed_s > _LONG_RED_S:
                 rarely.append(f"{movement} (light {light}, red for {closed_s:.0f} s on end)")
@@ -93,10 +102,47 @@ class Lights:
                 f"lights: {len(rarely)} of {len(self._used)} movements with a light stay red for more than "
                 f"{_LONG_RED_S:.0f} s, first {rarely[0]}: a queue there is no deadlock; try --lights off"
             )
-        seconds, signal = self._longest()
-        if signal is not None and seconds > _LONG_RED_S and not lines:
+        light = next((light for (light, _), movement in self._used.items() if movement == at), "")
+        if longest_red_s > _LONG_RED_S and not lines:
             lines.append(
-                f"lights: a vehicle waited {seconds:.0f} s for green at movement {signal.movement} "
-                f"(light {signal.light})"
+                f"lights: a vehicle waited {longest_red_s:.0f} s for green at movement {at} (light {light})"
             )
         return lines
+
+
+class Lights:
+    """Tells of lights that the vehicles of an engine obey (`loopgate.drive.lights`).
+
+    Parameters
+    ----------
+    engine
+        Drives the vehicles.
+    timetable
+        What the lights show.
+    """
+
+    def __init__(self, engine: Engine, timetable: Timetable) -> None:
+        self._engine, self._timetable = engine, timetable
+        self._shown = ShownLights(timetable.program)
+
+    def plan(self, itineraries: Iterable[Itinerary]) -> None:
+        """Take the ways of the vehicles, for the first time or again."""
+        signals = self._timetable.signals
+        by_movement = {name: signals[number] for name, number in self._timetable.numbers.items()}
+        self._shown.plan(itineraries, {name: (one.light, one.link) for name, one in by_movement.items()})
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of obeyed lights, and warnings about them."""
+        run = self._engine.run
+        longest_s, since_s, at = (run[name][0] for name in ("red_s", "red_since_s", "red_at"))
+        movement = self._timetable.signals[at].movement if longest_s > 0.0 else ""
+        longest_s = max(0.0, min(float(longest_s), float(run["now_s"][0] - since_s)))
+        figures = self._shown.figures(
+            grants=int(run["let_go"][0]),
+            stood=int(run["stood"][0]),
+            stood_s=float(run["stood_s"][0]),
+            on_red=int(run["on_red"][0]),
+            longest_red_s=longest_s,
+            at=movement,
+        )
+        return {"at_lights": figures, "warnings": self._shown.warnings(longest_s, movement)}

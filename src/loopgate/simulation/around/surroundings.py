@@ -91,7 +91,7 @@ class Surroundings:
         """Return the figures of ordinary traffic and lights for ``summary.json``; call before the end."""
         found: dict[str, Any] = {}
         if self._lights is not None:
-            found |= {"at_lights": self._lights.figures(), "warnings": self._lights.warnings()}
+            found |= self._lights.report()
         if self._sight is not None:
             found["others"] = {"vehicles": self._sight.count, "promise": _PROMISE}
         return found

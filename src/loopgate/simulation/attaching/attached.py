@@ -410,7 +410,6 @@ class Attached:
         self._contained, self._made.before_asking = contained, contained.look
         self._hunger = StarvationWatch(
             fleet.engine,
-            fleet.keeper,
             self._traffic,
             self._recorder,
             after_s=self._starving_s,

@@ -10,10 +10,10 @@ from loopgate.drive.by_messages.bridge import Bridge
 from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
-from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
+from loopgate.drive.observed import ObservedEngine
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError, ScenarioError
@@ -100,7 +100,7 @@ class Fleet:
         timetable = Timetable(traffic, signals_of(network))
         keeper.timetable = timetable if rules.lights else None
         ground = Ground(recorder.code, step_s=traffic.step_s, signals=keeper.signals)
-        self.engine = ChangingEngine(
+        self.engine = ObservedEngine(
             traffic,
             (),
             keeper,

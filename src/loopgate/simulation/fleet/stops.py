@@ -15,6 +15,7 @@ from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.drives import Made
 from loopgate.simulation.fleet.parking import Parking
 from loopgate.traffic.base import Traffic
 
@@ -23,14 +24,6 @@ _PAST_M = 0.5
 
 _MISSED_M = 10.0
 """So far past a stop that it has not made a vehicle has missed it [m]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Made:
-    """How many stops a vehicle has made, and for how long it stood at them [s]."""
-
-    served: int = 0
-    stood_s: float = 0.0
 
 
 @dataclass(slots=True)

@@ -6,13 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from loopgate.drive.engine import Engine
 from loopgate.results.columns import FLOW_COLUMNS, LOOP_COLUMNS
+from loopgate.simulation.drives import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["FlowMeter", "Row", "flow_table", "loop_table"]
-
-_FIGURES = "steps", "standing", "ended", "driven_m"
 
 Row = tuple[float, int, float, float, int]
 
@@ -37,7 +35,7 @@ class FlowMeter:
         The run's; it has not begun.
     """
 
-    def __init__(self, traffic: Traffic, engine: Engine) -> None:
+    def __init__(self, traffic: Traffic, engine: Drive) -> None:
         self._traffic = traffic
         self._engine = engine
         self.rows: list[Row] = []
@@ -45,9 +43,4 @@ class FlowMeter:
 
     def look(self) -> None:
         """Write a row about the time since the last one; call every `FLOW_EVERY_S`."""
-        run = self._engine.run
-        steps, standing, ended, driven_m = (run[name].item() for name in _FIGURES)
-        vehicles = len(self._engine.vehicles)
-        self.rows.append((self._traffic.now_s, vehicles, standing / steps, driven_m, ended))
-        for name in _FIGURES:
-            run[name] = 0
+        self.rows.append((self._traffic.now_s, *self._engine.take_flow()))

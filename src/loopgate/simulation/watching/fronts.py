@@ -8,10 +8,10 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from loopgate.drive.engine import Engine
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.recorder import Recorder
 from loopgate.results.table_writing import TableFile
+from loopgate.simulation.drives import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["FrontRecorder"]
@@ -40,7 +40,7 @@ class FrontRecorder:
         If the disk is full, as do `look` and `close`; what was written before can be read.
     """
 
-    def __init__(self, file: Path, traffic: Traffic, engine: Engine, recorder: Recorder) -> None:
+    def __init__(self, file: Path, traffic: Traffic, engine: Drive, recorder: Recorder) -> None:
         self._file = TableFile(file, _SCHEMA)
         self._traffic = traffic
         self._engine = engine
@@ -56,12 +56,11 @@ class FrontRecorder:
     def look(self) -> None:
         """Take note of the step that was made."""
         engine = self._engine
-        if self._changes == engine.changes:
-            fronts = engine.tables.fronts[: len(self._names)].copy()
-        else:  # some may have come since the step
-            v = engine.vehicles
-            self._changes, self._names = engine.changes, v["name"].copy()
-            fronts = v["front"] - v["moved_m"]
+        if self._changes != engine.changes:  # some may have come since the step
+            code = self._recorder.code
+            self._changes = engine.changes
+            self._names = np.array([code(name) for name in engine.names()], dtype=np.int64)
+        fronts = engine.fronts()
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._names)
         self._fronts.append(fronts)

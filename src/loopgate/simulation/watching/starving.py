@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
-import numpy as np
-
 from loopgate.arrays import Floats
-from loopgate.drive.codes import NOTHING, REASONS, RED, STOPPING, TRAFFIC
-from loopgate.drive.engine import Engine
-from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.drives import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Sink", "StarvationWatch"]
@@ -30,8 +27,6 @@ _SURELY = 0.05
 
 _AT_GATES = 3.0
 """Where no such vehicle is found a queue may only be slow: so many times as long is too long."""
-
-_OUTSIDE = frozenset(int(reason) for reason in (RED, STOPPING, TRAFFIC))
 
 
 @dataclass(slots=True)
@@ -82,8 +77,8 @@ class StarvationWatch:
 
     Parameters
     ----------
-    engine, keeper, traffic, recorder
-        The drive, its gatekeeper, the running simulation, and the recorder of an event for each vehicle.
+    engine, traffic, recorder
+        The drive, the running simulation, and the recorder of an event for each vehicle.
     after_s
         For how long [s].
     stands, reason
@@ -92,8 +87,7 @@ class StarvationWatch:
 
     def __init__(
         self,
-        engine: Engine,
-        keeper: Gatekeeper,
+        engine: Drive,
         traffic: Traffic,
         recorder: Recorder,
         *,
@@ -101,10 +95,10 @@ class StarvationWatch:
         stands: Callable[[str], str] = _unknown,
         reason: Callable[[str], str] = _unknown,
     ) -> None:
-        self._engine, self._keeper, self._traffic, self._after_s = engine, keeper, traffic, after_s
+        self._engine, self._traffic, self._after_s = engine, traffic, after_s
         self._recorder = recorder
         self._stands, self._reason = stands, reason
-        self._seen: dict[str, tuple[float, float, float]] = {}
+        self._seen: dict[str, tuple[int, float, float]] = {}
         """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
         """Of each vehicle its odometer when it had moved last [m], and when that was [s]."""
@@ -124,9 +118,9 @@ class StarvationWatch:
             for vehicle in known.keys() - set(ids):
                 del known[vehicle]
         behind = {
-            ids[robot]: self._behind(robot, ids, now)
-            for robot in starving
-            if not self._stands(ids[robot]) and not self._traffic.at_own_stop(ids[robot])
+            vehicle: self._behind(vehicle, len(ids), now)
+            for vehicle in starving
+            if not self._stands(vehicle) and not self._traffic.at_own_stop(vehicle)
         }
         self._alone = {head: self._alone.get(head, now) for head, _ in behind.values() if head}
         for vehicle, (head, why) in behind.items():
@@ -138,61 +132,42 @@ class StarvationWatch:
             sink.until_s = now
             if vehicle not in sink.victims:
                 sink.victims.add(vehicle)
-                driver = self._engine.driver_of[vehicle]
-                place = driver.leg(driver.granted + 1).state
-                self._recorder.note(now, vehicle, Event.STARVE, place, head or why)
+                self._recorder.note(now, vehicle, Event.STARVE, self._engine.wanted(vehicle), head or why)
 
-    def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[int]:
-        """Take note of grants and ways; return the numbers of vehicles without either for long."""
-        granted = self._engine.vehicles["granted"].tolist()
+    def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[str]:
+        """Take note of grants and ways; return the vehicles without either for long."""
         long = []
-        for robot, (vehicle, metres) in enumerate(zip(ids, at_m.tolist(), strict=True)):
-            last, from_m, since_s = self._seen.get(vehicle, (-1.0, 0.0, now))
-            if granted[robot] != last or metres - from_m > _PASSED_M:
-                self._seen[vehicle] = float(granted[robot]), metres, now
+        for vehicle, metres, leg in zip(ids, at_m.tolist(), self._engine.granted().tolist(), strict=True):
+            last, from_m, since_s = self._seen.get(vehicle, (-1, 0.0, now))
+            if leg != last or metres - from_m > _PASSED_M:
+                self._seen[vehicle] = leg, metres, now
             elif now - since_s >= self._after_s:
-                long.append(robot)
-            if abs(metres - self._stood.get(vehicle, (-np.inf, now))[0]) > 0.5:  # noqa: PLR2004  it moved
+                long.append(vehicle)
+            if abs(metres - self._stood.get(vehicle, (-inf, now))[0]) > 0.5:  # noqa: PLR2004  it moved
                 self._stood[vehicle] = metres, now
         return long
 
-    def _behind(self, robot: int, ids: Sequence[str], now: float) -> tuple[str, str]:
-        """Return the vehicle that stands ahead of a starving vehicle, and why it stands."""
-        everyone = len(ids) - 1
-        queue, seen = deque([robot]), {robot}
+    def _behind(self, vehicle: str, everybody: int, now: float) -> tuple[str, str]:
+        """Return the vehicle that stands ahead of one that starves, and why it does."""
+        queue, seen = deque([vehicle]), {vehicle}
         while queue:
             one = queue.popleft()
-            ahead = [] if self._stands(ids[one]) else self._ahead(one)
-            if len(ahead) >= everyone > 1:
+            ahead = [] if self._stands(one) else self._engine.waits_behind(one)
+            if len(ahead) >= everybody - 1 > 1:
                 continue  # the gate keeps it for the sake of all
-            if not ahead and now - self._stood[ids[one]][1] >= _STANDS * self._after_s:
-                return ids[one], self._why(one, ids[one])
+            if not ahead and now - self._stood[one][1] >= _STANDS * self._after_s:
+                return one, self._why(one)
             fresh = [other for other in ahead if other not in seen]
             seen.update(fresh)
             queue.extend(fresh)
-        reason = REASONS[int(self._engine.vehicles["reason"][robot])]
-        return "", str(reason.value if reason else "queue")
+        return "", self._engine.reason(vehicle) or "queue"
 
-    def _ahead(self, robot: int) -> list[int]:
-        """Return the vehicle that another waits for: the first in line, else the blocking vehicle."""
-        state = self._keeper.here(robot)
-        line = self._keeper.line(state)
-        if line and line[0] != robot:
-            return [line[0]]
-        row: Any = self._engine.vehicles[robot]
-        if row["pending"] and int(row["reason"]) == int(STOPPING) and not np.isfinite(row["stop_m"]):
-            return self._keeper.line(self._keeper.wanted(robot))[:1]  # it waits behind one that is to stop
-        return sorted({other for some in self._keeper.blockers(robot) for other in some} - {robot})
-
-    def _why(self, robot: int, vehicle: str) -> str:
+    def _why(self, vehicle: str) -> str:
         """Return why a vehicle stands that waits for no other under the gate."""
-        row: Any = self._engine.vehicles[robot]
         if known := self._reason(vehicle):
             return known
         if self._traffic.at_own_stop(vehicle):
             return "stop"
-        reason = int(row["reason"])
-        if row["pending"] and (reason in _OUTSIDE or reason != NOTHING):
-            refusal = REASONS[reason]
-            return str(refusal.value) if refusal else "no reason known"
+        if self._engine.asks(vehicle) and (reason := self._engine.reason(vehicle)):
+            return reason
         return "light" if self._traffic.pauses(vehicle) else "no reason known"

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from loopgate.drive.engine import Engine
+from loopgate.simulation.drives import Drive
 from loopgate.traffic.base import Whereabouts
 
 __all__ = ["Trails"]
@@ -35,7 +35,7 @@ class Trails:
         Drives the vehicles under the gate.
     """
 
-    def __init__(self, engine: Engine) -> None:
+    def __init__(self, engine: Drive) -> None:
         self._engine = engine
         self._changes = -1
         self._names: list[str] = []
@@ -53,9 +53,9 @@ class Trails:
         engine = self._engine
         if engine.changes != self._changes:
             self.catch_up()
-            self._changes, self._names = engine.changes, [driver.id for driver in engine.drivers]
+            self._changes, self._names = engine.changes, [*engine.names()]
             self._granted = np.full(len(self._names), -1)
-        self._seen.append((now, here, engine.vehicles["granted"].copy()))
+        self._seen.append((now, here, engine.granted()))
         if len(self._seen) == _TOGETHER:
             self.catch_up()
 

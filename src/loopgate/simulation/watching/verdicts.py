@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from loopgate.drive.engine import Engine
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
+from loopgate.simulation.drives import Drive
 from loopgate.simulation.watching.trails import Trails
 from loopgate.traffic.base import Collision, Traffic, Whereabouts
 
@@ -98,10 +98,10 @@ class Verdicts:
         Drives the vehicles under the gate.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, engine: Engine) -> None:
+    def __init__(self, network: RoadNetwork, traffic: Traffic, engine: Drive) -> None:
         self.trails = Trails(engine)
         """Over which lanes they came."""
-        self._network, self._traffic, self._drivers = network, traffic, engine.driver_of
+        self._network, self._traffic, self._engine = network, traffic, engine
         self._moments: deque[tuple[float, Whereabouts]] = deque()
         self._letters: dict[str, str] = {}
         """What the light showed when vehicles drove into the last junction; empty for none."""
@@ -150,7 +150,7 @@ class Verdicts:
     def judge(self, collision: Collision) -> CollisionVerdict | None:
         """Return the vehicle that erred; None unless exactly one of the two is gated."""
         pair = collision.collider, collision.victim
-        own = [vehicle for vehicle in pair if vehicle in self._drivers]
+        own = [vehicle for vehicle in pair if vehicle in self._engine.records]
         if len(own) != 1:
             return None
         gated = own[0]
@@ -167,7 +167,7 @@ class Verdicts:
         )
 
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
-        if self._drivers[gated].row["trespassing"]:
+        if self._engine.trespasses_now(gated):
             return gated, f"{gated} was where it had no grant for"
         if ordinary not in self._moments[-1][1].vehicles:
             return gated, f"{ordinary} is on foot"

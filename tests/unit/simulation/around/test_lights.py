@@ -24,17 +24,17 @@ def test_a_light_that_never_turns_is_named() -> None:
     """And one that is red for minutes on end; what stands there is no deadlock."""
     scene = Scene(signal("t"))
     scene.shows("t", "r", 1000.0, after="y")
-    (line,) = told(scene).warnings()
+    (line,) = told(scene).report()["warnings"]
     assert "1 of 1 movements" in line
     assert "never" in line
     assert "over t" in line
     scene = Scene(signal("t"))
     scene.shows("t", "G", 30.0)
-    (line,) = told(scene).warnings()
+    (line,) = told(scene).report()["warnings"]
     assert "1000 s" in line
     scene = Scene(signal("t"))
     scene.shows("t", "G", 30.0, after="g")
-    assert told(scene).warnings() == []
+    assert told(scene).report()["warnings"] == []
 
 
 def test_the_longest_wait_is_told_with_its_light() -> None:
@@ -44,7 +44,7 @@ def test_the_longest_wait_is_told_with_its_light() -> None:
     scene.traffic.now_s = 10.0
     assert scene.keeps()
     lights = told(scene)
-    assert lights.figures()["longest_red_s"] == 0.0
+    assert lights.report()["at_lights"]["longest_red_s"] == 0.0
     scene.run["now_s"] = 60.0
-    figures = lights.figures()
+    figures = lights.report()["at_lights"]
     assert (figures["longest_red_s"], figures["longest_red_at"]) == (19.0, "over t")

@@ -19,16 +19,14 @@ class Driven(SimpleNamespace):
     """A simulation, its drive and its recorder at once, that can tell time and names and nothing else."""
 
     def __init__(self, *names: str) -> None:
+        self.vehicles, self.at_m = names, np.zeros(len(names))
         words = ["", "d", "c", "b", "a", *names]
-        vehicles = np.zeros(len(names), dtype=[("name", int), ("front", float), ("moved_m", float)])
-        vehicles["name"] = [words.index(name) for name in names]
-        tables = SimpleNamespace(fronts=np.zeros(len(names) + 1))
-        super().__init__(now_s=0.0, vehicles=vehicles, tables=tables, words=words, changes=0)
+        super().__init__(now_s=0.0, words=words, code=words.index, changes=0)
+        self.names, self.fronts = lambda: self.vehicles, lambda: self.at_m
 
     def drive(self, step_s: float, *far_m: float) -> None:
         self.now_s += step_s
-        self.vehicles["front"] += far_m
-        self.tables.fronts[: len(far_m)] = self.vehicles["front"]
+        self.at_m = self.at_m + far_m
 
 
 def recorder(file: Path, driven: Any) -> FrontRecorder:  # noqa: ANN401  stands for all
@@ -53,13 +51,13 @@ def test_one_row_per_vehicle_and_step(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_vehicles_that_come_later(tmp_path: Path) -> None:
-    """Tables made anew have other vehicles in other rows; each keeps its name."""
+    """Other vehicles have the numbers; each keeps its name."""
     driven = Driven("a", "b")
     made = recorder(tmp_path / "fronts.parquet", driven)
     driven.drive(1.0, 1.0, 2.0)
     made.look()
     late = Driven("b", "c", "d")
-    driven.vehicles, driven.changes = late.vehicles, 1
+    driven.vehicles, driven.at_m, driven.changes = late.vehicles, late.at_m, 1
     driven.drive(1.0, 3.0, 4.0, 5.0)
     made.look()
     made.close()

@@ -14,7 +14,7 @@ CIRCLE = ("one_0", "two_0")
 def test_who_came_last_into_a_circle() -> None:
     """Not who went on within it, however late; a gated vehicle came when it was let go to it."""
     granted = np.array([0])
-    engine: Any = SimpleNamespace(changes=0, drivers=[SimpleNamespace(id="g")], vehicles={"granted": granted})
+    engine: Any = SimpleNamespace(changes=0, names=lambda: ["g"], granted=granted.copy)
     trails = Trails(engine)
     ways = {
         "within": ["one_0", "one_0", "one_0", "one_0", ":j_0", "two_0"],

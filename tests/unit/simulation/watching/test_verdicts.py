@@ -35,9 +35,12 @@ class Junction:
             whereabouts=lambda: whereabouts(**self.at),
             light=lambda _: Light(shown, 10.0),
         )
-        driver = SimpleNamespace(id="g", row={"trespassing": trespassing})
         engine: Any = SimpleNamespace(
-            changes=0, drivers=[driver], driver_of={"g": driver}, vehicles={"granted": np.array([0])}
+            changes=0,
+            names=lambda: ["g"],
+            granted=lambda: np.array([0]),
+            records={"g": None},
+            trespasses_now=lambda _: trespassing,
         )
         self.verdicts = Verdicts(network, self.traffic, engine)
 

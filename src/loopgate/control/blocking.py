@@ -1,0 +1,51 @@
+"""The vehicles for which one waits: for those that starve, and for recognition of deadlocks."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from math import inf
+
+from loopgate.control.chain import closes
+from loopgate.control.places import Vehicle
+from loopgate.gates.base import Reason
+
+_NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
+"""Refusals that no vehicle under the gate lifts by moving on."""
+
+
+def blockers(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[list[Vehicle]]:
+    """Return whom a vehicle waits for that is refused: of every set, some vehicle has to move on."""
+    wanted = vehicle.wanted()
+    if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
+        return []
+    if vehicle.reason == Reason.OCCUPIED:
+        return [[body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]]
+    if vehicle.reason == Reason.CROSSING:
+        return [[other] for other in _on_the_way(vehicle)]
+    if vehicle.reason == Reason.SERVICE:
+        ways = [over.movement.kept_for for over in vehicle.leg.passes]
+        kept = {other for other in (wanted.kept_for, *ways) if other not in (None, vehicle)}
+        return [[other] for other in sorted(filter(None, kept), key=lambda one: one.number)]
+    circle = closes(vehicle) if vehicle.reason == Reason.DEADLOCK else []
+    if circle:
+        return [[place.line[0] for place in circle if place.line]]
+    return [[other for other in everybody if other is not vehicle]]
+
+
+def ahead(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[Vehicle]:
+    """Return the vehicles that one waits for: the first in its line, else those that block it."""
+    line, wanted = vehicle.leg.place.line, vehicle.wanted()
+    if line and line[0] is not vehicle:
+        return line[:1]
+    if vehicle.asks and vehicle.reason == Reason.STOP and vehicle.stop_m == inf and wanted is not None:
+        return wanted.line[:1]  # it waits behind one that is to stop
+    found = {other for some in blockers(vehicle, everybody) for other in some}
+    return sorted(found - {vehicle}, key=lambda one: one.number)
+
+
+def _on_the_way(vehicle: Vehicle) -> Iterator[Vehicle]:
+    """Yield the vehicles under way on what conflicts with the crossing before a vehicle."""
+    for over in vehicle.leg.passes:
+        for trip in over.movement.junction.trips:
+            if trip.over.movement in over.foes and trip.vehicle is not vehicle:
+                yield trip.vehicle

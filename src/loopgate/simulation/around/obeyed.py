@@ -1,0 +1,69 @@
+"""Lights as objects of the ledger (`loopgate.control.lamps`), and the figures of those that it obeys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.control.lamps import Lamp, Signal
+from loopgate.control.lights import Lights
+from loopgate.network import RoadNetwork
+from loopgate.simulation.around.lights import ShownLights, signals_of
+from loopgate.traffic.base import Program, Traffic
+
+__all__ = ["Lamps", "ObeyedLights", "signals_in"]
+
+
+class Lamps(dict[str, Lamp]):
+    """The lights of a simulation, by name."""
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+
+    def __missing__(self, name: str) -> Lamp:
+        """Return a light that has not been asked for before."""
+        self[name] = lamp = Lamp(name, self._traffic)
+        return lamp
+
+    def program(self, name: str) -> Program:
+        """Return the program that a light follows now."""
+        lamp = self[name]
+        lamp.look(self._traffic.now_s)
+        return lamp.program
+
+
+class ObeyedLights:
+    """Figures of the lights that the ledger obeys, if it does."""
+
+    def __init__(
+        self, lamps: Lamps, signals: Mapping[str, Signal], itineraries: Iterable[Itinerary], lights: Lights
+    ) -> None:
+        self._obeys, self._shown = bool(signals), ShownLights(lamps.program)
+        by_movement = {name: (one.lamp.name, one.link) for name, one in signals.items()}
+        self._shown.plan(itineraries, by_movement)
+        self._lights = lights
+
+    def report(self) -> dict[str, Any]:
+        """Return figures and warnings."""
+        lights = self._lights
+        if not self._obeys:
+            return {}
+        longest_s, over = lights.longest()
+        at = over.movement.name if over else ""
+        figures = self._shown.figures(
+            grants=lights.grants,
+            stood=lights.stood,
+            stood_s=lights.stood_s,
+            on_red=lights.on_red,
+            longest_red_s=longest_s,
+            at=at,
+        )
+        return {"at_lights": figures, "warnings": self._shown.warnings(longest_s, at)}
+
+
+def signals_in(network: RoadNetwork, lamps: Lamps) -> dict[str, Signal]:
+    """Return what the lights of a network show, by movement."""
+    return {
+        one.movement: Signal(lamps[one.light], one.link, float(one.speed_mps)) for one in signals_of(network)
+    }

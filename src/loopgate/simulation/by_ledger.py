@@ -1,0 +1,140 @@
+"""The ledger (`loopgate.control`) as what drives a run: laid out from an assembly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, cast
+
+from loopgate.abstraction.itinerary import Abstraction
+from loopgate.control.driving import Driving
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.control.lights import light
+from loopgate.control.parking import Parking
+from loopgate.control.refusal import Rule
+from loopgate.control.rules import Reserve, usual
+from loopgate.control.spacing import Ring, Spacing
+from loopgate.control.stops import Stops
+from loopgate.errors import ScenarioError
+from loopgate.gates import Gate
+from loopgate.gates.certified import CertifiedGate
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.drives import Made
+from loopgate.simulation.fleet.departures import Departures
+from loopgate.simulation.fleet.spacing import times_along
+from loopgate.simulation.ledger_departures import LedgerDepartures, way_of
+from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
+from loopgate.simulation.session import Session
+from loopgate.traffic.base import Traffic
+
+
+def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
+    """Refuse a scenario in which the ledger would leave something out.
+
+    Raises
+    ------
+    ScenarioError
+        The text names what the ledger lacks.
+    """
+    certified = gate if type(gate) is CertifiedGate else None
+    lacks = {
+        f"gate {scenario.gate}": certified is None or certified.promise != "everyone",
+        "a start for which more than the chain rule decides": not (certified and certified.by_chain_alone),
+        f"negotiation {scenario.negotiation}": scenario.rule_for_negotiation != "pressure",
+        f"decide {scenario.decide}": scenario.by_messages is not None,
+        f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
+        "ordinary traffic": bool(scenario.traffic or assembly.others),
+        "loops that depart later": any(one.start.loop.closed for one in assembly.departures),
+        "incidents, or stops that vehicles are led round": assembly.contains,
+        "trips that SUMO leads another way": bool(assembly.anew),
+    }
+    for what, is_there in lacks.items():
+        if is_there:
+            msg = f"engine: ledger works without {what} so far; take tables"
+            raise ScenarioError(msg)
+
+
+_NEVER_FULL = 1 << 30
+"""How many vehicles are taken to fit where vehicles go that arrive."""
+
+
+def slots_of(assembly: Assembly) -> dict[str, int]:
+    """Return how many vehicles fit into each place; into one that is a vehicle's own, all there are."""
+    abstraction = cast("Abstraction", assembly.abstraction)
+    system, later = abstraction.system, [one.track for one in assembly.departures if one.track]
+    if later:
+        slots = {str(name): most for name, most in abstraction.room.items()}
+        return slots | {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
+    rooms = zip(system.states, system.room, system.private, strict=True)
+    return {str(name): len(system.robots) if own else room for name, room, own in rooms}
+
+
+class _Stops:
+    """Figures of the stops that vehicles make under the ledger."""
+
+    def __init__(self, stops: Stops, parking: Parking) -> None:
+        self._stops, self._parking = stops, parking
+
+    def of(self, vehicle: str) -> Made:
+        """Return the figures of the stops of a vehicle."""
+        return Made(*self._stops.made.get(vehicle, (0, 0.0)))
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of stops for ``summary.json``."""
+        stops, parking = self._stops, self._parking
+        if not stops:
+            return {}
+        return {
+            "stops": {
+                "served": stops.served,
+                "missed": stops.missed,
+                "stopped_s": round(sum(stood_s for _, stood_s in stops.made.values()), 3),
+                "under_way": sum(1 for _ in stops.made_now()),
+                "late_back_s": round(parking.late_s, 3),
+                "longest_late_back_s": round(parking.latest_s, 3),
+            }
+        }
+
+
+def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spacing | None:
+    """Return what spaces vehicles on their loops, if the scenario wants that."""
+    if scenario.rule_for_spacing == "none":
+        return None
+    along = {loop.id: times_along(assembly.network, loop) for loop in assembly.loops}
+    rings = {name: Ring(ends_m.tolist(), ends_s.tolist()) for name, (ends_m, ends_s) in along.items()}
+    return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
+
+
+def open_ledger(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, gate: Gate
+) -> Session:
+    """Return a session in which the ledger drives; `check` has let the scenario pass."""
+    abstraction = cast("Abstraction", assembly.abstraction)
+    ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
+    later = [way_of(one.track) for one in assembly.departures if one.track is not None]
+    drawn = list({id(way.legs): way.legs for way in [*ways, *later]}.values())
+    lamps, reserve = Lamps(traffic), Reserve()
+    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
+    spacing = spacing_of(scenario, assembly, traffic)
+    outside: list[Rule] = [spacing.holds] if spacing else []
+    outside += [light] if signals else []
+    slots = slots_of(assembly)
+    driving = Driving(
+        traffic,
+        Layout(slots, drawn, signals),
+        Ledger(usual(reserve, outside), step_s=scenario.step_s),
+        stops=assembly.stops,
+        reserve=reserve,
+        spacing=spacing,
+    )
+    around = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
+    drive, stops = LedgerDrive(traffic, recorder, driving, ways, gate), _Stops(driving.stops, driving.parking)
+    departures, looks = Departures(()), list[Callable[[], None]]()
+    if assembly.departures:
+        room = sum(most for most in slots.values() if most < _NEVER_FULL)
+        departures = LedgerDepartures(assembly.departures, assembly.network, traffic, driving, room)
+        looks.append(departures.look)
+    return Session(traffic, drive, recorder, drive, around, stops, departures, None, None, tuple(looks), ())

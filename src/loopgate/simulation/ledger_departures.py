@@ -1,0 +1,99 @@
+"""Departures and arrivals of vehicles that the ledger drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf
+
+from loopgate.control.accounts import Account
+from loopgate.control.departures import Departures as Rules
+from loopgate.control.departures import Due
+from loopgate.control.driving import Driving, Way
+from loopgate.drive.track import Track
+from loopgate.network import RoadNetwork
+from loopgate.simulation.demand.placing import Departure
+from loopgate.simulation.fleet.departures import Arrived, Departures
+from loopgate.traffic.base import Traffic
+
+
+def way_of(track: Track, *, foreseen: bool = True) -> Way:
+    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
+    return Way(
+        vehicle=track.vehicle,
+        loop=track.loop,
+        lap_m=float(track.lap_m),
+        top=float(track.top_speed_mps),
+        legs=track.legs,
+        edges=track.edges,
+        position=track.start_position,
+        front_m=float(track.front_m),
+        renewed_on=track.rerouted_on,
+        keeps_lane=track.keeps_lane,
+        foreseen=foreseen,
+    )
+
+
+def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
+    """Return the vehicles that are to depart, in order."""
+    found = list[Due]()
+    for one in departures:
+        if one.track is not None:
+            lines = [leg.line for leg in one.track.legs]
+            limits = [
+                network.edges[line.edge].lanes[line.lane].speed_mps if line.edge else inf for line in lines
+            ]
+            gap_m = float(one.start.type.min_gap_m)
+            found.append(Due(one.at_s, len(found), way_of(one.track), one.start.insertion, gap_m, limits))
+    return found
+
+
+class LedgerDepartures(Departures):
+    """When vehicles wanted to depart, when they did, and what those did that have arrived.
+
+    Parameters
+    ----------
+    driving
+        Drives all that are there from the beginning.
+    slots
+        How many vehicles all places on the road hold.
+    """
+
+    def __init__(
+        self,
+        departures: Sequence[Departure],
+        network: RoadNetwork,
+        traffic: Traffic,
+        driving: Driving,
+        slots: int,
+    ) -> None:
+        super().__init__(departures)
+        self._traffic, self._driving = traffic, driving
+        self._due, self._slots = due_of(network, departures), slots
+        self._rules: Rules | None = None
+        self.departed_s = driving.departed_s
+        driving.lay([one.way for one in self._due])
+        driving.on_leaving = self._leaves
+
+    @property
+    def over(self) -> bool:
+        """Whether all vehicles have departed and arrived."""
+        return len(self.departed_s) == len(self._due) and not self._driving.ledger.vehicles
+
+    def look(self) -> None:
+        """Insert the vehicles that are due and may depart."""
+        if self._rules is None:  # all who are there from the beginning are there now
+            self._rules = Rules(self._traffic, self._driving, self._due, self._slots)
+        self._rules.look()
+
+    def _leaves(self, account: Account, _why: str) -> None:
+        """Take note of what a vehicle did that has arrived."""
+        now_s, vehicle = self._traffic.now_s, account.vehicle
+        self.arrived[vehicle.name] = Arrived(
+            now_s,
+            account.distance_m,
+            account.total_hold_s(now_s),
+            account.stood_s,
+            account.worst_wait_s(now_s),
+            float(self._driving.odometers()[vehicle.row]),
+            vehicle.make.top,
+        )

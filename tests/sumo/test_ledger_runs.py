@@ -1,0 +1,179 @@
+"""Runs in which the ledger drives, beside the same runs by the tables."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from loopgate.control.ledger import Ledger
+from loopgate.errors import ScenarioError
+from loopgate.results.recorder import read_events
+from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.run import simulate
+from loopgate.simulation.scenario import Scenario
+
+GRID = str(Path(__file__).resolve().parents[2] / "networks" / "grid5-priority.net.xml")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return where runs are kept for the whole module."""
+    return tmp_path_factory.mktemp("runs")
+
+
+@cache
+def run(folder: Path, engine: str, **given: Any) -> tuple[dict[str, Any], Path]:  # noqa: ANN401  of a scenario
+    """Run a scenario; return its summary, and its folder."""
+    out = folder / f"{engine}{len(list(folder.iterdir()))}"
+    made = Scenario(engine=engine, positions=True, on_deadlock="continue", **given)
+    return simulate(made, out), out
+
+
+ON_GRID: dict[str, Any] = {
+    "network": GRID,
+    "vehicles": 150,
+    "loops": 40,
+    "duration_s": 200.0,
+    "warmup_s": 20.0,
+}
+
+
+IN_TOWN: dict[str, Any] = {"network": "sumo:DRT", "vehicles": 200, "duration_s": 200.0}
+
+
+@pytest.mark.parametrize("given", [ON_GRID, IN_TOWN], ids=["grid", "town"])
+def test_the_ledger_drives_a_run_as_the_tables_do(folder: Path, given: dict[str, Any]) -> None:
+    """As far, clean by positions; the summary, the files and the events are of the same kinds."""
+    (mine, my_folder), (theirs, folder_of_tables) = (
+        run(folder, engine, **given) for engine in ("ledger", "tables")
+    )
+    assert (mine["engine"], theirs["engine"]) == ("ledger", "tables")
+    assert mine["clean"]
+    assert mine["audit"] == "clean"
+    assert set(mine["audited"]) >= {"crossings", "bodies"}
+    assert mine.keys() == theirs.keys()
+    assert mine.get("at_lights", {}).keys() == theirs.get("at_lights", {}).keys()
+    for figure, within in {"distance_km": 0.02, "laps": 0.06, "stood_s": 0.1, "hold_s": 0.25}.items():
+        assert mine[figure] == pytest.approx(theirs[figure], rel=within), figure
+    assert mine["duration_s"] == theirs["duration_s"]
+    assert [file.name for file in sorted(my_folder.iterdir())] == [
+        file.name for file in sorted(folder_of_tables.iterdir())
+    ]
+    for file in my_folder.glob("*.parquet"):
+        assert pq.read_schema(file).names == pq.read_schema(folder_of_tables / file.name).names
+    kinds = [set(read_events(of / "events.parquet")["event"]) for of in (my_folder, folder_of_tables)]
+    assert kinds[0] == kinds[1]
+
+
+def test_trips_depart_and_arrive(folder: Path, tmp_path: Path) -> None:
+    """As under the tables: the same vehicles, as far, and the figures of their trips are there."""
+    ends = [("A0B0", "D4E4"), ("E4D4", "B0A0"), ("A4A3", "E1E0"), ("E0E1", "A3A4")]
+    rows = [
+        f'<trip id="t{n}" depart="{n}" from="{ends[n % 4][0]}" to="{ends[n % 4][1]}"/>' for n in range(60)
+    ]
+    file = tmp_path / "trips.rou.xml"
+    file.write_text(f"<routes>{''.join(rows)}</routes>")
+    given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 120.0}
+    (mine, of), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    assert mine["clean"]
+    assert mine.keys() == theirs.keys()
+    assert mine["departed"] == pytest.approx(theirs["departed"], abs=1)
+    assert mine["arrived"] == pytest.approx(theirs["arrived"], abs=1)
+    assert mine["arrived"] > 5
+    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
+    assert pd.read_parquet(of / "vehicles.parquet")["arrived"].sum() == mine["arrived"]
+
+
+def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
+    """On one ring: stops are made and missed as under the tables, and vehicles are held to be spaced."""
+    file = tmp_path / "ring.rou.xml"
+    file.write_text(
+        '<routes><route id="ring" edges="B2C2 C2C1 C1B1 B1B2">'
+        '<stop lane="C2C1_0" startPos="40" endPos="60" duration="8"/></route>'
+        + "".join(f'<vehicle id="r{n}" route="ring" depart="0"/>' for n in range(4))
+        + "</routes>"
+    )
+    given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 400.0, "spacing": "hold"}
+    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    assert mine["clean"]
+    assert mine["stops"].keys() == theirs["stops"].keys()
+    assert mine["stops"]["served"] == pytest.approx(theirs["stops"]["served"], abs=2)
+    assert mine["stops"]["served"] > 10
+    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
+    assert {"spacing"} <= mine["refusals"].keys() & theirs["refusals"].keys()
+
+
+def test_what_observers_write_fits_together(folder: Path) -> None:
+    """Vehicles, edges, flow and fronts of a run say the same as its summary."""
+    summary, of = run(folder, "ledger", **ON_GRID)
+    vehicles, edges, flow, fronts = (
+        pd.read_parquet(of / f"{n}.parquet") for n in ("vehicles", "edges", "flow", "fronts")
+    )
+    assert vehicles["distance_m"].sum() / 1000.0 == pytest.approx(summary["distance_km"])
+    assert edges["stood_s"].sum() == pytest.approx(vehicles["stood_s"].sum())
+    assert edges["hold_s"].sum() == pytest.approx(vehicles["hold_s"].sum(), rel=0.02)
+    measured = flow[flow["time_s"] > summary["begins_s"] + 21.0]
+    assert measured["distance_m"].sum() / 1000.0 == pytest.approx(summary["distance_km"], rel=0.001)
+    assert measured["laps"].sum() == summary["laps"]
+    last = fronts.groupby("vehicle", observed=True)["front_dm"].agg(["first", "last"])
+    assert (last["last"] - last["first"]).sum() / 10_000.0 == pytest.approx(
+        flow["distance_m"].sum() / 1000.0, rel=0.01
+    )
+
+
+def test_nobody_waits_who_could_go(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert waiting_though_free(folder / "free", monkeypatch) == 0
+
+
+def test_were_a_wake_missed_that_would_be_noticed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Ledger, "_wake_waiting", lambda _, place: place.waiting.clear())
+    monkeypatch.setattr(Ledger, "_wake_watchers", lambda _, vehicle, __: vehicle.watchers.clear())
+    assert waiting_though_free(folder / "missed", monkeypatch) > 0
+
+
+def waiting_though_free(out: Path, monkeypatch: pytest.MonkeyPatch) -> int:
+    """Drive on the grid; return how often after a step a vehicle waited though no rule refused it."""
+    found = 0
+    step = LedgerDrive.step
+
+    def look(self: LedgerDrive) -> None:
+        nonlocal found
+        step(self)
+        ledger = self.driving.ledger
+        waiting = [one for one in ledger.waiting if one.leg.place.line[0] is one]
+        found += sum(not ledger.why_not(one) for one in waiting)
+
+    monkeypatch.setattr(LedgerDrive, "step", look)
+    simulate(Scenario(network=GRID, vehicles=200, loops=60, duration_s=100.0, engine="ledger"), out)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("given", "lacks"),
+    [
+        ({"gate": "banker"}, "gate banker"),
+        ({"gate": "certified:promise=somebody"}, "gate certified:promise=somebody"),
+        ({"gate": "open"}, "a gate only"),
+        ({"negotiation": "oldest"}, "negotiation oldest"),
+        ({"decide": "vehicles"}, "decide vehicles"),
+        ({"serve_after_s": 0.0}, "serve_after 0"),
+    ],
+)
+def test_what_the_ledger_lacks_is_refused_by_name(given: dict[str, Any], lacks: str) -> None:
+    with pytest.raises(ScenarioError, match=f"engine: ledger works .*{lacks}"):
+        simulate(Scenario(network=GRID, vehicles=20, engine="ledger", **given))
+
+
+def test_the_command_refuses_in_one_line(tmp_path: Path) -> None:
+    words = ["run", GRID, "--vehicles", "20", "--engine", "ledger", "--gate", "banker", "-o", str(tmp_path)]
+    command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *words]
+    told = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert told.returncode == 2
+    assert "engine: ledger works without gate banker so far; take tables" in told.stderr.splitlines()[-1]
