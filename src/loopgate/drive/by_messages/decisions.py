@@ -14,13 +14,16 @@ from collections import Counter
 from collections.abc import Sequence
 from math import inf
 from random import Random
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, cast
 
 import numpy as np
 
 from loopgate.drive.by_messages.controllers import Controllers
 from loopgate.drive.by_messages.crossings import crossings
+from loopgate.drive.by_messages.events import Again, Mind, Patience
+from loopgate.drive.by_messages.motor import Motor
 from loopgate.drive.by_messages.radio import Radio
+from loopgate.drive.by_messages.turns import Turns
 from loopgate.drive.codes import number_of
 from loopgate.drive.tables import Tables
 from loopgate.drive.whereabouts import Whereabouts
@@ -46,18 +49,15 @@ from loopgate.vehicles.messages import (
     ToVehicle,
     Why,
 )
-from loopgate.vehicles.post import Entry, Kept, Post
+from loopgate.vehicles.post import Entry, Post
 
-__all__ = ["DecisionsByMessages", "Motor"]
+__all__ = ["DecisionsByMessages"]
 
 _ROOM_PATIENCE_S = 5.0
 """After so long a vehicle that found a place full asks again, though it has not heard of room [s]."""
 
 _SAYS_AGAIN_S = 2.0
 """So often a vehicle that has waited for long says so while its crossing is not free [s]."""
-
-_WAIT_S = 5.0
-"""A wait that counts as much as one vehicle in who speaks first [s]."""
 
 _LEASE_S, _LEASE_DELAYS = 2.0, 6.0
 """How long a lease lasts [s], and how many delays longer: an answer takes two, and a step of SUMO."""
@@ -73,49 +73,8 @@ _WHY = {
 }
 
 
-class _Patience(NamedTuple):
-    """The end of a post's patience with a slot that is kept."""
-
-    place: int
-    kept: Kept
-
-
-class _Mind(NamedTuple):
-    """Something comes to a vehicle's mind: that it heard of room, or that no post has answered it."""
-
-    number: int
-    heard: bool
-
-
-class _Again(NamedTuple):
-    """The end of a vehicle's patience with what it asked at this time [s]."""
-
-    number: int
-    asked_s: float
-
-
-_Timed = _Patience | _Mind | _Again
+_Timed = Patience | Mind | Again
 _Event = Message | _Timed
-
-
-class Motor(Protocol):
-    """What a vehicle can do and sense on the road."""
-
-    def free_way(self, robot: int) -> bool:
-        """Return whether its crossing is still free; else it is told."""
-        ...
-
-    def answer_one(self, robot: int, reason: Reason) -> None:
-        """Let it go, if the reason is that it is free, or tell it why not."""
-        ...
-
-    def would_close(self, robot: int) -> bool:
-        """Return whether a gate that sees all would refuse it: for figures only."""
-        ...
-
-    def line(self, state: int) -> list[int]:
-        """Return who stands in line in a place at the beginning."""
-        ...
 
 
 class DecisionsByMessages:
@@ -197,6 +156,8 @@ class DecisionsByMessages:
         self._run["alone"], self._run["serve_after_s"] = True, inf
         lease_s = _LEASE_S + _LEASE_DELAYS * self.settings.delay_s
         self.keepers, self._keeper = crossings(tables, lease_s)
+        conflicts = {place: self.keepers[keeper].conflicts for place, keeper in self._keeper.items()}
+        self.turns = Turns(where, self.posts, conflicts, self._since_s, self.settings.loss, self._lots)
         everybody = range(len(where.ways))
         self._moved_s = dict.fromkeys(everybody, float(self._run["now_s"][0]))
         crowded = max(0.0, 1.0 - len(where.ways) / sum(rooms))
@@ -232,7 +193,9 @@ class DecisionsByMessages:
                 self._use(number)
         self._open, self._used = {}, False
         line = [number for number in robots if self._pending[number] and self._may_ask(number)]
-        line = self._ask_apart(sorted(line, key=lambda number: (-self._pressure(number), number)))
+        line = self._ask_apart(
+            sorted(line, key=lambda number: (-self.turns.pressure(number, self._clock_s), number))
+        )
         until_s = now_s + float(self._run["step_s"][0]) / 2.0
         while self._open and (event := self._air.next(until_s)) is not None:
             before = len(self._open)
@@ -251,11 +214,8 @@ class DecisionsByMessages:
         """
         later = []
         for number in line:
-            wanted = self.where.wanted(number)
-            way = self.where.place(number), wanted
-            conflicts = self.keepers[self._keeper[wanted]].conflicts
-            near = (other[1] == wanted or (way, other) in conflicts for other in self._open.values())
-            if any(one and not self._deaf() for one in near):
+            way = self.turns.way(number)
+            if self.turns.hears(way, self._open.values()):
                 later.append(number)
             elif self._used and not self._motor.free_way(number):
                 self._ready.pop(number, None)  # it has been told
@@ -264,22 +224,6 @@ class DecisionsByMessages:
             elif number in self._ready:
                 self._refuse(number, Reason.RESERVE)
         return later
-
-    def _pressure(self, number: int) -> float:
-        """Return how many are behind a vehicle more than ahead, as it heard, and how long it has waited."""
-        here, ahead = self._there(self.where.place(number)), self._there(self.where.wanted(number))
-        return here - ahead + (self._clock_s - float(self._since_s[number])) / _WAIT_S
-
-    def _there(self, place: int) -> int:
-        """Return how many are in a place, as its post says with each grant, and as often as one leaves."""
-        return len(self.posts[place].line) + len(self.posts[place].rears)
-
-    def _shares(self, number: int) -> tuple[float, float]:
-        ahead, here = self.where.wanted(number), self.where.place(number)
-        return self._there(ahead) / self.posts[ahead].slots, self._there(here) / self.posts[here].slots
-
-    def _deaf(self) -> bool:
-        return bool(self.settings.loss) and self._lots.random() < self.settings.loss
 
     def _may_ask(self, number: int) -> bool:
         asked_s = self._asked_s.get(number)
@@ -298,7 +242,9 @@ class DecisionsByMessages:
     def _ask(self, number: int, *, free: bool = True) -> bool:
         """Let a controller ask, or say that it waits; return whether it does."""
         stamp = float(self._since_s[number]), number
-        said = self.controllers.at_line(number, stamp, self._clock_s, self._shares(number), free=free).say
+        said = self.controllers.at_line(
+            number, stamp, self._clock_s, self.turns.shares(number), free=free
+        ).say
         if not said:
             return False
         if not free:
@@ -306,7 +252,7 @@ class DecisionsByMessages:
             return False
         self._asked_s[number] = self._clock_s
         if self.settings.loss:
-            self._air.wake(self._clock_s + self._again_s, _Again(number, self._clock_s))
+            self._air.wake(self._clock_s + self._again_s, Again(number, self._clock_s))
         self._full.get(self.where.wanted(number), {}).pop(number, None)
         self._say_as(number, said)
         return True
@@ -315,12 +261,12 @@ class DecisionsByMessages:
         self._clock_s = max(self._clock_s, at_s)
         if isinstance(event, Ask | Goes | Moved | Left | Here | Probe | Clear | Changed):
             self._comes_to_post(event)
-        elif isinstance(event, _Patience):
+        elif isinstance(event, Patience):
             self._out_of_patience(event)
-        elif isinstance(event, _Again):
+        elif isinstance(event, Again):
             if event.number in self._open and self._asked_s.get(event.number) == event.asked_s:
                 self._ask_again(event.number)
-        elif isinstance(event, _Mind):
+        elif isinstance(event, Mind):
             self._comes_to_mind(event)
         else:
             self._comes_to_vehicle(event)
@@ -341,10 +287,10 @@ class DecisionsByMessages:
         )
         self.posts[message.place] = after
         if after.kept is not None and after.kept is not before.kept:
-            self._air.wake(self._clock_s + self._probe_s, _Patience(message.place, after.kept))
+            self._air.wake(self._clock_s + self._probe_s, Patience(message.place, after.kept))
         self._say_from(message.place, out)
 
-    def _out_of_patience(self, late: _Patience) -> None:
+    def _out_of_patience(self, late: Patience) -> None:
         if self.posts[late.place].kept == late.kept:
             keeper = self._keeper[late.place]
             self.keepers[keeper], self.posts[late.place], out = keepers.expire(
@@ -352,7 +298,7 @@ class DecisionsByMessages:
             )
             self._say_from(late.place, out)
 
-    def _comes_to_mind(self, mind: _Mind) -> None:
+    def _comes_to_mind(self, mind: Mind) -> None:
         if mind.heard:
             self._full.get(self.where.wanted(mind.number), {}).pop(mind.number, None)
             return
@@ -423,7 +369,7 @@ class DecisionsByMessages:
         """Send what a vehicle says; remind it, after a while, of what it has left."""
         if number not in self._repeating and any(isinstance(message, Left | Here) for message in out):
             self._repeating.add(number)
-            self._air.wake(self._clock_s + self._patience_s, _Mind(number, heard=False))
+            self._air.wake(self._clock_s + self._patience_s, Mind(number, heard=False))
         self.radio.say_as(number, out, self._clock_s)
 
     def _say_from(self, place: int, out: Sequence[Message]) -> None:
@@ -433,7 +379,7 @@ class DecisionsByMessages:
                 self._air.wake(self._clock_s, message)
                 continue
             for number in self._full.get(place, ()) if isinstance(message, Room) else ():
-                self.radio.overhear(place, number, _Mind(number, heard=True), self._clock_s)
+                self.radio.overhear(place, number, Mind(number, heard=True), self._clock_s)
             self.radio.say_from(place, message, self._clock_s)
 
     def report(self) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
-from loopgate.drive.by_messages.decisions import Motor
+from loopgate.drive.by_messages.motor import Motor
 from loopgate.drive.by_messages.radio import Radio
 from loopgate.drive.tables import Tables
 from loopgate.drive.whereabouts import Whereabouts

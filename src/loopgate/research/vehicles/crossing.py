@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from loopgate.research.vehicles.exploring import stuck_groups
+from loopgate.research.vehicles.exploring import Next, search
 from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.keeper import Keeper, Lease
@@ -129,39 +129,24 @@ def explore(
         What the keeper does with a message, and whether a vehicle takes a grant for one that lasts.
     """
     found = Found()
-    number, todo = {start: 0}, [start]
-    edges: list[tuple[int, int, int]] = []
-    names: dict[tuple[object, ...], int] = {}
-    can: list[frozenset[int]] = []
-    cut: set[int] = set()
-    while todo and found.complete:
-        fresh: list[Crossing] = []
-        for here in todo:
-            found.unsafe += unsafe(here)
-            found.most_leases = max(found.most_leases, len(here.keeper.leases))
-            sure = set()
-            for what, then, is_sure, goes in _steps(here, receive, in_time, late=late):
-                after = _plain(then, late=late)
-                if len(after.flight) > most or after.gives_back > gives_back:
-                    cut.add(number[here])
-                    continue
-                there = number.get(after)
-                if there is None:
-                    there = number[after] = len(number)
-                    fresh.append(after)
-                if is_sure:
-                    name = names.setdefault(what, len(names))
-                    sure.add(name)
-                    if not goes:
-                        edges.append((number[here], there, name))
-            can.append(frozenset(sure) if not _all_done(here) else frozenset({-1}))
-            if len(number) > limit:
-                found.complete = False
-                break
-        todo = fresh
-    found.states = len(number)
-    if found.complete:
-        found.stuck = stuck_groups(len(number), edges, can, cut)
+
+    def steps(here: Crossing) -> Iterator[Next[Crossing]]:
+        for what, then, sure, goes in _steps(here, receive, in_time, late=late):
+            yield what, _plain(then, late=late), sure, goes
+
+    def judge(here: Crossing) -> None:
+        found.unsafe += unsafe(here)
+        found.most_leases = max(found.most_leases, len(here.keeper.leases))
+
+    searched = search(
+        start,
+        limit=limit,
+        steps=steps,
+        judge=judge,
+        leave_out=lambda after: len(after.flight) > most or after.gives_back > gives_back,
+        done=_all_done,
+    )
+    found.states, found.complete, found.stuck = searched.states, searched.complete, searched.stuck
     return found
 
 
@@ -185,13 +170,9 @@ def _all_done(now: Crossing) -> bool:
     return all(where == DONE for where in now.where)
 
 
-_Next = tuple[tuple[object, ...], Crossing, bool, bool]
-"""The name of a step, what comes of it, whether it is sure to come, and whether somebody goes by it."""
-
-
 def _steps(
     now: Crossing, receive: Receive, in_time: Callable[[Grant, float], bool], *, late: bool
-) -> Iterator[_Next]:
+) -> Iterator[Next[Crossing]]:
     for message in now.flight:
         rest = replace(now, flight=now.flight - {message})
         name = type(message).__name__, getattr(message, "place", -1), getattr(message, "vehicle", -1)
@@ -218,7 +199,7 @@ def _come(
     return now, False
 
 
-def _of_vehicle(now: Crossing, car: Vehicle, *, late: bool) -> Iterator[_Next]:
+def _of_vehicle(now: Crossing, car: Vehicle, *, late: bool) -> Iterator[Next[Crossing]]:
     """Yield what a vehicle can do, and that time goes by for it."""
     number, where = car.id, now.where[car.id]
     if where == WAITS:

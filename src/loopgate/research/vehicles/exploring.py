@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -72,39 +74,94 @@ def explore(
     out are not judged.
     """
     found = Found()
+    searched = search(
+        start,
+        limit=limit,
+        steps=lambda here: (
+            (step.what, step.after, step.sure, step.goes is not None)
+            for step in steps(here, receive, seen=seen)
+        ),
+        judge=lambda here: _judge(here, found),
+        leave_out=lambda after: len(after.flight) > most,
+    )
+    found.states, found.transitions = searched.states, searched.transitions
+    found.complete, found.stuck = searched.complete, searched.stuck
+    return found
+
+
+S = TypeVar("S")
+Next = tuple[tuple[object, ...], S, bool, bool]
+"""The name of a step, what comes of it, whether it is sure to come, and whether somebody goes by it."""
+
+
+@dataclass(slots=True)
+class Searched:
+    """How many states and steps there are, whether these are all, and in how many groups all may stay."""
+
+    states: int = 0
+    transitions: int = 0
+    complete: bool = True
+    stuck: int = 0
+
+
+def search(
+    start: S,
+    *,
+    limit: int,
+    steps: Callable[[S], Iterable[Next[S]]],
+    judge: Callable[[S], None],
+    leave_out: Callable[[S], bool],
+    done: Callable[[S], bool] = lambda _: False,
+) -> Searched:
+    """Look at all that can come about from `start`; see `explore` for groups in which all may stay.
+
+    Parameters
+    ----------
+    limit
+        Most states.
+    steps
+        Yields what can happen next.
+    judge
+        Called once with each state.
+    leave_out
+        Whether what leads to a state is left out.
+    done
+        Whether nobody need go on.
+    """
+    searched = Searched()
     number, todo = {start: 0}, [start]
     edges: list[tuple[int, int, int]] = []
     names: dict[tuple[object, ...], int] = {}
     can: list[frozenset[int]] = []
     cut: set[int] = set()
-    while todo and found.complete:
-        fresh: list[World] = []
+    while todo and searched.complete:
+        fresh: list[S] = []
         for here in todo:
-            _judge(here, found)
+            judge(here)
             sure = set()
-            for step in steps(here, receive, seen=seen):
-                if len(step.after.flight) > most:
+            for what, after, is_sure, goes in steps(here):
+                if leave_out(after):
                     cut.add(number[here])
                     continue
-                found.transitions += 1
-                there = number.get(step.after)
+                searched.transitions += 1
+                there = number.get(after)
                 if there is None:
-                    there = number[step.after] = len(number)
-                    fresh.append(step.after)
-                if step.sure:
-                    name = names.setdefault(step.what, len(names))
+                    there = number[after] = len(number)
+                    fresh.append(after)
+                if is_sure:
+                    name = names.setdefault(what, len(names))
                     sure.add(name)
-                    if step.goes is None:
+                    if not goes:
                         edges.append((number[here], there, name))
-            can.append(frozenset(sure))
+            can.append(frozenset({-1}) if done(here) else frozenset(sure))
             if len(number) > limit:
-                found.complete = False
+                searched.complete = False
                 break
         todo = fresh
-    found.states = len(number)
-    if found.complete:
-        found.stuck = stuck_groups(len(number), edges, can, cut)
-    return found
+    searched.states = len(number)
+    if searched.complete:
+        searched.stuck = stuck_groups(len(number), edges, can, cut)
+    return searched
 
 
 def _judge(here: World, found: Found) -> None:

@@ -1,0 +1,75 @@
+"""Who asks first of vehicles whose crossings are free: the rules of pressure, from what each hears."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from random import Random
+from typing import Any
+
+from loopgate.drive.whereabouts import Whereabouts
+from loopgate.vehicles.keeper import Way
+from loopgate.vehicles.post import Post
+
+__all__ = ["Turns"]
+
+_WAIT_S = 5.0
+"""A wait that counts as much as one vehicle in who speaks first [s]."""
+
+
+class Turns:
+    """The order of asking.
+
+    Parameters
+    ----------
+    where
+        The places of vehicles.
+    posts
+        By place.
+    conflicts
+        By place, pairs of ways over the crossing before it that no two may take at a time.
+    since_s
+        Since when each vehicle wants on [s].
+    loss
+        The share of transmissions that are not heard.
+    lots
+        Draws which.
+    """
+
+    def __init__(
+        self,
+        where: Whereabouts,
+        posts: Sequence[Post],
+        conflicts: Mapping[int, frozenset[tuple[Way, Way]]],
+        since_s: Any,  # noqa: ANN401  a column of a table
+        loss: float,
+        lots: Random,
+    ) -> None:
+        self._where, self._posts, self._conflicts = where, posts, conflicts
+        self._since_s, self._loss, self._lots = since_s, loss, lots
+
+    def way(self, number: int) -> Way:
+        """Return the way over its crossing that a vehicle wants."""
+        return self._where.place(number), self._where.wanted(number)
+
+    def hears(self, way: Way, asked: Iterable[Way]) -> bool:
+        """Return whether one who wants a way hears any of those ask for the same place, or in conflict."""
+        conflicts = self._conflicts[way[1]]
+        near = (other[1] == way[1] or (way, other) in conflicts for other in asked)
+        return any(one and not self._deaf() for one in near)
+
+    def pressure(self, number: int, now_s: float) -> float:
+        """Return how many are behind a vehicle more than ahead, as it heard, and how long it has waited."""
+        here, ahead = (self._there(place) for place in self.way(number))
+        return here - ahead + (now_s - float(self._since_s[number])) / _WAIT_S
+
+    def shares(self, number: int) -> tuple[float, float]:
+        """Return the shares of slots taken in the place that a vehicle wants, and in its own."""
+        here, ahead = (self._there(place) / self._posts[place].slots for place in self.way(number))
+        return ahead, here
+
+    def _there(self, place: int) -> int:
+        """Return how many are in a place, as its post says with each grant, and as often as one leaves."""
+        return len(self._posts[place].line) + len(self._posts[place].rears)
+
+    def _deaf(self) -> bool:
+        return bool(self._loss) and self._lots.random() < self._loss
