@@ -53,6 +53,20 @@ def test_a_page_fits_and_can_be_read_by_a_screen_reader(site: Path, tab: Tab, pa
     assert tab.noise[before:] == []
 
 
+@pytest.mark.parametrize("page", PAGES)
+def test_a_page_in_the_dark_has_contrast(site: Path, tab: Tab, page: str) -> None:
+    """The dark colours come with the system's setting."""
+    tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
+    try:
+        tab.size(1280, 900)
+        tab.open(site / f"{page}.html")
+        assert tab.value("document.body.getAttribute('data-md-color-scheme')") == "slate"
+        tab.call("Runtime.evaluate", expression=(files("axe_core_python") / "axe.min.js").read_text() + ";0")
+        assert tab.value(AXE) == []
+    finally:
+        tab.call("Emulation.setEmulatedMedia", features=[])
+
+
 def test_the_search_finds_a_term(site: Path, tab: Tab) -> None:
     """Without a network: the index comes with the site."""
     tab.size(1280, 900)
