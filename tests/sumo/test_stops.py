@@ -184,6 +184,20 @@ def test_who_parks_comes_back_before_those_that_wait_for_its_space(tmp_path: Pat
     assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
 
 
+def test_who_parks_at_the_end_of_a_lane_comes_back_after_those_who_stand_next_to_it(tmp_path: Path) -> None:
+    """The next has driven up to the line meanwhile: it goes first, since nobody can come in beside it."""
+    text = (
+        '<route id="ring" edges="B2C2 C2C1 C1B1 B1B2"/><route id="kerb" edges="B2C2 C2C1 C1B1 B1B2">'
+        '<stop lane="C2C1_0" startPos="70" endPos="85.5" duration="25" parking="true"/></route>'
+        '<flow id="r" route="ring" begin="0" period="5" number="9"/>'
+        '<flow id="s" route="kerb" begin="2" period="9" number="2"/>'
+    )
+    summary = run(tmp_path, text, "<additional/>", positions=True)
+    assert (summary["audit"], summary["collisions"]) == ("clean", 0)
+    assert summary["stops"]["served"] > 5
+    assert summary["stops"]["longest_late_back_s"] < 300.0
+
+
 def test_until_grows_by_the_cycle(tmp_path: Path) -> None:
     """As in SUMO: counted from the departure, 200 s later in each round."""
     text = (

@@ -214,8 +214,15 @@ class ChangingEngine(Engine):
         leg = driver.leg(driver.granted).state
         others = [robot for robot in self._ground.read(self._number_of(leg), which) if robot != driver.robot]
         # Of several that come at once the others are not in order yet.
-        line = sorted((*others, driver.robot), key=lambda robot: self.drivers[robot].left_m(leg))
+        line = sorted((*others, driver.robot), key=lambda robot: self._left_m(self.drivers[robot], leg))
         return line, line[line.index(driver.robot) + 1 :]
+
+    def _left_m(self, driver: Driver, state: str) -> float:
+        """Return how far it is to the end of a state [m]; from its rear for one beside the road.
+
+        One that stands next to it cannot let it in, and so goes first.
+        """
+        return driver.left_m(state) + (driver.length_m if driver.id in self.beside else 0.0)
 
     def _line_up(self, driver: Driver) -> None:
         """Let a vehicle be where it is among those that hold its state."""
@@ -237,6 +244,8 @@ class ChangingEngine(Engine):
         """Put the lines of all places in the order on the road; return how many were not in it."""
         v, states, lists = self.vehicles, cast("Any", self.tables.states), self.tables.lists
         left_m = v["line_m"] - v["front"]
+        for driver in (self.driver_of[vehicle] for vehicle in sorted(self.beside)):
+            left_m[driver.robot] += driver.length_m
         mended = 0
         for state in np.flatnonzero(states["queue"] > 1).tolist():
             robots = lists[states["line"][state] :][: states["queue"][state]]
