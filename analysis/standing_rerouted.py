@@ -104,6 +104,7 @@ def drive(scenario: Scenario, folder: Path, without: str, stands_s: tuple[float,
             "laps": sum(int(metres / starts[vehicle].loop.lap_m) for vehicle, metres in others_m.items()),
             "starving": sum(metres - driven_m[vehicle] < STILL_M for vehicle, metres in others_m.items()),
             "collisions": collisions,
+            "trespasses": None,
             "outcome": "done",
         }
     finally:
