@@ -28,7 +28,7 @@ class Cover:
     """Loops that cover streets, all of which work as queues."""
 
     design: Design
-    """The streets to be covered, and the least that it takes."""
+    """The streets to be covered, and the least that it takes; without the shortest ways."""
     loops: tuple[Loop, ...]
     left_out: dict[str, CoverReason]
     """Streets that are not covered, and why."""
@@ -104,7 +104,7 @@ def cover_streets(
             msg = f"{network.name}: no covering loop works as queues: {why}; cover more streets"
             raise RouteError(msg)
         if not bad:
-            return Cover(design, loops, design.left_out | mender.lost, finished, mender.costs)
+            return Cover(design.settled(), loops, design.left_out | mender.lost, finished, mender.costs)
         kept_off |= dict.fromkeys(bad, CoverReason.QUEUES)
 
 

@@ -22,6 +22,8 @@ def test_a_ring_without_another_place_is_left_out() -> None:
     assert [sorted(loop.edges) for loop in cover.loops] == [["a", "c"]]
     assert cover.left_out == {"s": CoverReason.QUEUES, "t": CoverReason.QUEUES}
     assert set(cover.covered) == {"a", "c"}
+    assert cover.design.bound(1) == cover.design.circulation
+    assert cover.design.ways.cost.size == 0  # many covers at a time would fill the memory
 
 
 def test_a_ring_is_led_over_from_one_place_to_another() -> None:

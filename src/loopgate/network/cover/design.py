@@ -85,6 +85,11 @@ class Design:
             cost[:, rank] += more.get(self.graph.edges[node], 0.0)
         return replace(self, ways=replace(self.ways, cost=cost))
 
+    def settled(self) -> Design:
+        """Return the design without its shortest ways, which take much memory; bounds and reasons stay."""
+        nodes, cost = np.zeros(0, dtype=np.int64), np.zeros((0, 0))
+        return replace(self, ways=Ways(nodes, cost, cost.astype(np.int32), nodes))
+
     def plans(self, count: int, *, seed: int, begun: TourPlan | None = None) -> Iterator[TourPlan]:
         """Yield ever better plans for `count` loops, or for more loops if the longest is bounded.
 
