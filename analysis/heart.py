@@ -28,7 +28,7 @@ from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
-from loopgate.control.driving import Driving, Way
+from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
@@ -36,6 +36,7 @@ from loopgate.control.ordinary import traffic as ordinary_traffic
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.control.sight import Sight
+from loopgate.control.way import Way
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from loopgate.control.driving import Driving, Way
+from loopgate.control.driving import Driving
 from loopgate.control.places import Leg, Place
+from loopgate.control.way import Way
 from loopgate.traffic.base import Insertion, Traffic
 
 _AGAIN_S: Final = 1.0

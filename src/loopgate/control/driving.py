@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
@@ -26,6 +25,7 @@ from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import STANDING_MPS, Steering
 from loopgate.control.stops import Stops
+from loopgate.control.way import Way
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
@@ -36,27 +36,6 @@ _GAP_M: Final = 2.5
 
 _LOOK_EVERY_S: Final = 10.0
 """How often those that stand are asked for their lane [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Way:
-    """A vehicle's loop: its name, its length [m], its top speed [m/s], its legs, and where its edges begin.
-
-    `position` and `front_m`: the leg in which the vehicle starts, and where its front is. `renewed_on`: the
-    edge on which the simulator renews its route.
-    """
-
-    vehicle: str
-    loop: str
-    lap_m: float
-    top: float
-    legs: tuple[Drawn, ...]
-    edges: tuple[tuple[float, str], ...]
-    position: int
-    front_m: float
-    renewed_on: str
-    keeps_lane: bool = False
-    foreseen: bool = True
 
 
 class Driving:

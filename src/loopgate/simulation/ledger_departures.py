@@ -8,7 +8,8 @@ from math import inf
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures as Rules
 from loopgate.control.departures import Due
-from loopgate.control.driving import Driving, Way
+from loopgate.control.driving import Driving
+from loopgate.control.way import Way
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure

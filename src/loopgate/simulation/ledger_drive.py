@@ -12,7 +12,8 @@ import numpy as np
 from loopgate.arrays import Floats, Ints
 from loopgate.control.accounts import Account
 from loopgate.control.blocking import ahead, blockers
-from loopgate.control.driving import Driving, Way
+from loopgate.control.driving import Driving
+from loopgate.control.way import Way
 from loopgate.drive.histogram import Histogram
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
