@@ -1,8 +1,9 @@
 """Settings shared by all tests."""
 
+import os
 import signal
+import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -37,13 +38,35 @@ def pytest_configure() -> None:
         kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
 
 
-@pytest.fixture(autouse=True)
-def _libsumo_as_before() -> Iterator[None]:
-    """Let no test find that SUMO refused an input of a test before it: runs would go to another process."""
-    yield
+def _half_built() -> bool:
+    """Return whether SUMO has refused an input of a test in this process, and left a part of it."""
     backend = sys.modules.get("loopgate.traffic.libsumo_backend")
-    if backend is not None:
-        backend.half_built.clear()
+    return backend is not None and bool(backend.half_built)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Run a test in a process of its own if it leaves a part of its input in libsumo, or finds one there.
+
+    With such a part the next simulation in the process can end it. Runs of loopgate go to another process
+    then; tests that start libsumo themselves do not.
+    """
+    marked = pyfuncitem.get_closest_marker
+    starts = marked("in_libsumo") or {"libsumo", "libsumo_backend"} & vars(pyfuncitem.module).keys()
+    alone = marked("spoils_libsumo") or (starts and _half_built())
+    if not alone or "LOOPGATE_TEST_ALONE" in os.environ:
+        return None
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", pyfuncitem.nodeid]
+    done = subprocess.run(
+        command,
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=pyfuncitem.config.rootpath,
+        env={**os.environ, "LOOPGATE_TEST_ALONE": "1"},
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return True
 
 
 @pytest.fixture

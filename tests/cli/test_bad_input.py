@@ -129,6 +129,7 @@ def test_a_page_that_is_a_folder(
 
 
 @pytest.mark.sumo
+@pytest.mark.spoils_libsumo
 def test_traffic_that_stops_sumo(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

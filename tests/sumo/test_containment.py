@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -75,6 +76,20 @@ def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
         assert len(parked) == len(back) == 1
         assert mine[mine["event"] == "park"]["reason"].tolist() == ["no way round"]
         assert ((mine["event"] == "lap") & (mine["time_s"] > back[0])).any()
+
+
+@pytest.mark.parametrize(("vehicles", "seed", "from_s"), [(200, 1, 151), (160, 4, 170)])
+def test_vehicles_come_back_without_collision(tmp_path: Path, vehicles: int, seed: int, from_s: int) -> None:
+    """Some stood at their line, or side by side: none passes the line ungranted, none drives into another."""
+    file = tmp_path / "incidents.toml"
+    file.write_text(f'[[breakdowns]]\nvehicle = "v1"\nfrom = {from_s}\nto = 330\n', encoding="utf-8")
+    scenario = Scenario(network=NETWORK, routes=ROUTES, vehicles=vehicles, seed=seed, duration_s=480.0)
+    crowded = replace(scenario, incidents=str(file), standing="leave", positions=True)
+    summary = simulate(crowded, tmp_path / "run")
+    assert (summary["outcome"], summary["audit"], summary["collisions"]) == ("done", "clean", 0)
+    left = summary["standing"]["left_road"]
+    assert len(left) > 4
+    assert all(one["to_s"] is not None for one in left)
 
 
 def test_nobody_drives_onto_what_is_closed(tmp_path: Path, free: dict[str, Any]) -> None:

@@ -190,7 +190,7 @@ def _ask(i: int, t: Tables) -> None:
 def _consider(i: int, t: Tables) -> None:
     """Let a vehicle ask now if it must, else when it must: its line is new, or it is first in it now."""
     one = t.vehicles[i]
-    if one.legs <= 1 or one.pending or one.steered or one.going:
+    if one.legs <= 1 or one.pending or one.steered or one.going or one.aside:
         return  # one that has been granted in this step is about to be told
     if must_ask(i, t):
         _ask(i, t)
@@ -231,7 +231,7 @@ def _go(i: int, t: Tables) -> None:
             other = t.lists[n]
             if n == here.line:
                 _consider(other, t)
-            elif not t.vehicles[other].held:
+            elif not t.vehicles[other].held and not t.vehicles[other].aside:
                 t.vehicles[other].asking = True
 
 

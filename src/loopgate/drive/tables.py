@@ -80,6 +80,8 @@ class VehicleRow:
         ordinary traffic is in its way, or a grant is withheld.
     withheld
         The reason by which the caller withholds any grant from it, by number, `NOTHING` for none.
+    aside
+        Whether it has stepped aside, and is not back on the road: then it asks for nothing.
     turned
         Whether it is served, and its service has come to a circle.
     stop_m, parks
@@ -163,6 +165,7 @@ class VehicleRow:
     parks: bool
     barred: bool
     withheld: int
+    aside: bool
     turned: bool
     yields_s: float
     kept_mps: float

@@ -68,7 +68,7 @@ class Roadside:
         place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
         self._engine.wait_for_nothing(driver)
         try:
-            traffic.set_stop(vehicle, _stop(lane, at_m))
+            traffic.set_stop(vehicle, _stop(lane, at_m, driver.left_m(place)))
         except TrafficError:
             self._engine.wait_again(driver)
             return
@@ -122,6 +122,10 @@ class Roadside:
         return [one.figures() for one in self._every]
 
 
-def _stop(lane: str, at_m: float) -> Stop:
-    """Return a stop beside the lane, where a vehicle stands."""
-    return Stop(NO_WAY, "lane", lane, max(0.0, at_m - _SPAN_M), at_m + _ROUNDING_M, _FOR_EVER_S, parks=True)
+def _stop(lane: str, at_m: float, left_m: float) -> Stop:
+    """Return a stop beside the lane, where a vehicle stands, `left_m` before the end of its place.
+
+    A vehicle that parks beyond the end of a lane vanishes when it comes back.
+    """
+    end_m = at_m + min(_ROUNDING_M, max(left_m, 0.0))
+    return Stop(NO_WAY, "lane", lane, max(0.0, at_m - _SPAN_M), end_m, _FOR_EVER_S, parks=True)

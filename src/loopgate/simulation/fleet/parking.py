@@ -20,6 +20,8 @@ _LONGER_STEPS = 5
 _GAP_M, _REACTION_S = 2.5, 1.0
 """Gap that drivers keep when they stand [m], and time in which they react [s]: SUMO's defaults."""
 
+_ROUNDING_M = 0.5
+
 _PATIENCE_S = 20.0
 """A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
 then [s]."""
@@ -45,6 +47,8 @@ class Parking:
         self._traffic, self._engine, self._has_room = traffic, engine, has_room
         self._coming: set[str] = set()
         """The vehicles that have a slot again and are not on the road yet."""
+        self._braked: dict[str, int] = {}
+        """Vehicles that stand still until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[str, float] = {}
         """Since when those wait whose stops are over [s]."""
         self._late_s = 0.0
@@ -73,6 +77,8 @@ class Parking:
     def look(self) -> None:
         """Return vehicles to the road if possible, and keep the others parked."""
         engine = self._engine
+        if self._braked:
+            self._let_go()
         if not engine.beside:
             return
         now, step_s = self._traffic.now_s, self._traffic.step_s
@@ -90,6 +96,9 @@ class Parking:
                 self._traffic.stay(vehicle, _LONGER_STEPS * step_s)
                 continue
             goes = self._may_go(driver)
+            if goes and vehicle not in self._braked and self._starts_over_its_line(driver):
+                self._braked[vehicle] = driver.granted
+                self._traffic.keep_to(vehicle, 0.0)
             if goes and left_s > _GO_STEPS * step_s:
                 continue  # not before its time
             self._traffic.stay(vehicle, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
@@ -110,6 +119,25 @@ class Parking:
             self._coming.add(driver.id)
         return room and driver.id in self._coming and self._is_clear(driver)
 
+    def _let_go(self) -> None:
+        """Let vehicles drive that are on the road again, and held at their line or granted more."""
+        for vehicle, leg in list(self._braked.items()):
+            driver = self._engine.driver_of.get(vehicle)
+            if driver is None or vehicle in self._engine.beside:
+                continue
+            if driver.row["held"] or driver.granted != leg:
+                del self._braked[vehicle]
+                self._traffic.keep_to(vehicle, None)
+
+    def _starts_over_its_line(self, driver: Driver) -> bool:
+        """Return whether a vehicle beside the road would pass the end of its place before it is held."""
+        if not driver.track.rounds and driver.granted >= len(driver.track.legs) - 1:
+            return False  # its way ends there
+        step_s = self._traffic.step_s
+        speed_mps = driver.accel_mps2 * step_s
+        way_m = speed_mps * step_s + braking_m(speed_mps, float(driver.row["decel"]), step_s)
+        return driver.left_m(driver.leg(driver.granted).state) < way_m + _ROUNDING_M
+
     def _is_clear(self, driver: Driver) -> bool:
         """Return whether vehicles from behind can brake for it: SUMO lets it in before others at speed.
 
@@ -121,7 +149,11 @@ class Parking:
         rear_m = driver.inside_m(place) - driver.length_m
         for other in self._engine.holding(place):
             gap_m = rear_m - other.inside_m(place)
-            if other.id in self._engine.beside or gap_m < -driver.length_m:
+            if other.id in self._engine.beside:
+                continue
+            if gap_m < -driver.length_m:  # ahead: they may have parked side by side
+                if gap_m > -driver.length_m - other.length_m - _GAP_M:
+                    return False
                 continue
             fast = min(other.top_mps, other.speed_mps + other.accel_mps2 * step_s)
             decel = float(other.row["decel"])
