@@ -125,7 +125,7 @@ def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
 
 
 def meant(word: object, known: Iterable[str]) -> str:
-    """Return a question after the known word that is most like a word, for messages; empty if none is.
+    """Return a "did you mean" question with the nearest known word; empty if none is near.
 
     >>> meant("vehicels", ["vehicles", "loops"]), meant("x", ["vehicles"])
     ("; did you mean 'vehicles'?", '')

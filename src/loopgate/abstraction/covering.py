@@ -25,7 +25,7 @@ Walk = tuple[int, ...]
 
 @dataclass(frozen=True, slots=True)
 class Cover:
-    """Loops that cover streets, all of which work as queues."""
+    """Loops that cover streets; vehicles can queue on each loop."""
 
     design: Design
     """The streets to be covered, and the least that it takes; without the shortest ways."""

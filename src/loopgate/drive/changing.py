@@ -233,7 +233,7 @@ class ChangingEngine(Engine):
         self.run["version"] += 1
 
     def take_turn(self, driver: Driver) -> None:
-        """Let a vehicle be where it is in the line of its place: others may have passed."""
+        """Update a vehicle's rank in the line of its place: others may have passed it."""
         state, (line, behind) = self._state_of(driver), self._with(driver, LINE)
         if line != self._ground.read(state, LINE):
             self._put(state, LINE, line)

@@ -109,7 +109,7 @@ class Steering:
         self._ways.pop(vehicle, None)
 
     def renew(self, driver: Driver) -> None:
-        """Set a stop again that lies on the edge where SUMO has just renewed the route, see `Engine`."""
+        """Set a stop again on the edge on which SUMO has just renewed the route; see `Engine`."""
         way = self._ways.get(driver.id)
         if way is not None and way.guides[0].edge == driver.track.rerouted_on and not way.still:
             self._traffic.release(driver.id)

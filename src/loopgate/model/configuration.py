@@ -44,5 +44,5 @@ class MutableConfiguration:
         self.queues = [list(queue) for queue in placement.queues]
 
     def frozen(self) -> Configuration:
-        """Return it as it is now."""
+        """Return an unchangeable copy of the present configuration."""
         return Configuration(tuple(self.positions), tuple(map(tuple, self.queues)))

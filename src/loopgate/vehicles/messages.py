@@ -52,7 +52,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Grant:
-    """Post to vehicle: a slot of my place is yours, and the crossing until then, by your clock [s].
+    """Post to vehicle: you have a slot here, and the crossing until `until_s` of your clock.
 
     None is for ever: where no keeper leases the crossing. `there` is how many are in the place
     now: all around hear it.

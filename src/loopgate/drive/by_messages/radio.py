@@ -33,7 +33,7 @@ _SPOT_M = 0.01
 
 
 class Radio(Generic[E]):
-    """What is said in a run.
+    """The channel that carries all messages of a run.
 
     Parameters
     ----------
