@@ -45,7 +45,7 @@ check: $(STAMP) ## lint, format, types, import layers
 
 browser: $(STAMP) ## test the pages in a real browser, Chromium without a window
 	@$(BIN)/python analysis/chromium.py
-	$(BIN)/python -m pytest tests/browser
+	$(BIN)/python -m pytest tests/browser -n auto --dist loadfile
 
 animation: $(STAMP) ## make the README's animation anew (needs Chromium)
 	$(BIN)/python analysis/animation.py
