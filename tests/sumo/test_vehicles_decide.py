@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import pytest
 
@@ -28,6 +29,7 @@ pytestmark = pytest.mark.sumo
 
 GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
 CROWD = Scenario(network=GRID, loops=180, vehicles=730, duration_s=20.0, decide="vehicles:loss=0.1")
+_Made = TypeVar("_Made")
 PLAIN = (int, float, str, bool, type(None))
 
 
@@ -45,18 +47,23 @@ def _numbers(thing: Any) -> None:  # noqa: ANN401  whatever is in there
             _numbers(part)
 
 
+def _kept(monkeypatch: pytest.MonkeyPatch, kind: Callable[..., _Made]) -> list[_Made]:
+    """Return a list to which the decisions of the next runs are added as they are made."""
+    made: list[_Made] = []
+
+    def make(*given: Any) -> _Made:  # noqa: ANN401  as there
+        made.append(kind(*given))
+        return made[-1]
+
+    monkeypatch.setattr(fleet, kind.__name__, make)
+    return made
+
+
 def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Vehicles know their loops and what they heard; posts their place; and all of it is numbers."""
-    made: list[DecisionsByMessages] = []
-
-    class Kept(DecisionsByMessages):
-        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
-            super().__init__(*given)
-            made.append(self)
-
-    monkeypatch.setattr(fleet, "DecisionsByMessages", Kept)
+    made = _kept(monkeypatch, DecisionsByMessages)
     summary = simulate(CROWD, tmp_path / "run")
     assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
     found = summary["by_messages"]
@@ -168,14 +175,7 @@ def test_processes_decide_as_vehicles_in_one_process_do() -> None:
 
 def test_a_cut_parts_places_by_where_they_lie(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those in the east from those in the west, as many on each side; nobody speaks across while it lasts."""
-    made: list[DecisionsByMessages] = []
-
-    class Kept(DecisionsByMessages):
-        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
-            super().__init__(*given)
-            made.append(self)
-
-    monkeypatch.setattr(fleet, "DecisionsByMessages", Kept)
+    made = _kept(monkeypatch, DecisionsByMessages)
     cut = "vehicles:cut_at=10,cut=15"
     summary = simulate(dataclasses.replace(CROWD, vehicles=60, duration_s=40.0, decide=cut))
     assert (summary["outcome"], summary["clean"], summary["by_messages"]["unsafe"]) == ("done", True, 0)
@@ -201,14 +201,7 @@ def test_algorithm2_is_decided_by_vehicles_and_none_goes_whom_the_gate_would_ref
     decide: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A vehicle is handed its loop and what monitors say; a monitor its segment; all of it is numbers."""
-    made: list[DecisionsOnSegments] = []
-
-    class Kept(DecisionsOnSegments):
-        def __init__(self, *given: Any) -> None:  # noqa: ANN401  as there
-            super().__init__(*given)
-            made.append(self)
-
-    monkeypatch.setattr(fleet, "DecisionsOnSegments", Kept)
+    made = _kept(monkeypatch, DecisionsOnSegments)
     summary = simulate(dataclasses.replace(ORDER2, decide=decide))
     assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
     found = summary["by_messages"]
