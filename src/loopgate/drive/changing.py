@@ -11,7 +11,7 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.build import places_on
-from loopgate.drive.codes import NOBODY, NOTHING, STOPPING
+from loopgate.drive.codes import NOBODY
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -329,14 +329,13 @@ class ChangingEngine(Engine):
     def come_back(self, driver: Driver) -> None:
         """Let one that has stepped aside have a slot again; it is on the road only with `is_back`."""
         self._line_up(driver)
-        driver.row["withheld"] = STOPPING  # it is nobody's mover
         self.take_turn(driver)
 
     def is_back(self, driver: Driver) -> None:
         """Take note that one that has come back is on the road."""
         self.take_turn(driver)
         self.beside.discard(driver.id)
-        driver.row["withheld"], driver.row["aside"] = NOTHING, False
+        driver.row["aside"] = False
         state = self._state_of(driver)
         line = [self.drivers[robot].id for robot in self._ground.read(state, LINE)]
         before = [vehicle for vehicle in line[: line.index(driver.id)] if vehicle not in self.beside]

@@ -51,6 +51,13 @@ def bars(i: int, state: int, t: Tables) -> bool:
 
 
 @inner
+def _goes_by_itself(i: int, t: Tables) -> bool:
+    """Return whether a vehicle goes on without service: it stops, is beside the road, or gets no grants."""
+    one = t.vehicles[i]
+    return bool(stops_here(i, t) or one.aside or one.withheld == STOPPING)
+
+
+@inner
 def serve(t: Tables) -> None:
     """Name who must move next for those past the patience, oldest first; once a step, after all else kept."""
     run = t.run[0]
@@ -66,8 +73,8 @@ def serve(t: Tables) -> None:
         if not _is_late(i, t):
             break  # the oldest come first
         mover = _mover(i, t)
-        if mover != NOBODY and (stops_here(mover, t) or t.vehicles[mover].withheld == STOPPING):
-            mover = NOBODY  # it goes on by itself when it has stopped, or what stands before it has gone
+        if mover != NOBODY and _goes_by_itself(mover, t):
+            mover = NOBODY
         for s in range(len(t.states)):
             place = t.states[s]
             if place.served == i and place.mover == NOBODY:
