@@ -15,6 +15,7 @@ from loopgate.cli.run import exit_code
 from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
+from loopgate.simulation.run_warnings import warnings_of
 
 pytestmark = pytest.mark.sumo
 
@@ -68,7 +69,10 @@ def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
     left = summary["standing"]["left_road"]
     assert left
     assert all(500.0 <= one["to_s"] < 600.0 for one in left)
-    assert any("left the road" in line for line in summary["warnings"])
+    assert any("left the road, since" in line for line in summary["warnings"])
+    assert not any("not back at the end" in line for line in summary["warnings"])
+    summary["standing"]["left_road"][0]["to_s"] = None
+    assert any(f"not back at the end: {left[0]['vehicle']}" in line for line in warnings_of(summary))
     events = read_events(tmp_path / "run" / "events.parquet", (Event.PARK, Event.RETURN, Event.LAP))
     for one in left:
         mine = events[events["vehicle"] == one["vehicle"]]
