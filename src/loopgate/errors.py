@@ -18,7 +18,7 @@ _LONGEST = 2_000
 
 
 class LoopgateError(Exception):
-    """Base of all errors that the package raises on purpose; the text is always one line.
+    """The base class of all errors that loopgate raises on purpose; the message is always one line.
 
     Examples
     --------
@@ -48,7 +48,7 @@ class SystemFileError(SystemModelError):
 
 
 class IllegalMoveError(LoopgateError):
-    """A move was asked for that the model does not allow in that configuration."""
+    """A requested move that the model does not allow in that configuration."""
 
 
 class GateError(LoopgateError):
@@ -56,7 +56,7 @@ class GateError(LoopgateError):
 
 
 class PluginError(LoopgateError):
-    """A user's own gate or negotiation failed, or gave an invalid answer."""
+    """A user's own gate or negotiation that failed or gave an invalid answer."""
 
 
 class UnsafeStartError(GateError):
@@ -68,7 +68,7 @@ class NetworkError(LoopgateError):
 
 
 class RouteError(LoopgateError):
-    """A route that is no closed loop a vehicle can drive in the network."""
+    """A route that is not a closed loop, or that a vehicle cannot drive in the network."""
 
 
 class ScenarioError(LoopgateError):
@@ -76,11 +76,11 @@ class ScenarioError(LoopgateError):
 
 
 class NobodyGatedError(ScenarioError):
-    """A scenario none of whose vehicles can be gated; it can run under ``open``."""
+    """A scenario in which no vehicle can be gated; it can run under the gate ``open``."""
 
 
 class Refusal(NamedTuple):
-    """Why an abstraction cannot work with a loop."""
+    """The reason why an abstraction cannot work with a loop."""
 
     reason: str
     """The end of a sentence that begins with the loop."""
@@ -89,7 +89,7 @@ class Refusal(NamedTuple):
 
 
 class RefusedLoopError(ScenarioError):
-    """Loops that cannot work as queues.
+    """Loops that cannot be cut into places where vehicles queue.
 
     Attributes
     ----------
@@ -107,7 +107,7 @@ class RefusedLoopError(ScenarioError):
 
 
 class TooManyVehiclesError(ScenarioError):
-    """More vehicles than can start as queues on their loops.
+    """More vehicles than the places of their loops can hold at the start.
 
     Attributes
     ----------
@@ -132,15 +132,15 @@ class TooManyVehiclesError(ScenarioError):
 
 
 class TrafficError(LoopgateError):
-    """The traffic simulator refused something or stopped."""
+    """A call that SUMO refused, or a SUMO that has stopped."""
 
 
 class ClosedLaneError(TrafficError):
-    """A stop on a lane that is closed to the vehicle: the simulator takes none there."""
+    """A stop on a lane that is closed to the vehicle, which SUMO refuses."""
 
 
 class SecondSimulationError(TrafficError):
-    """A simulation in a process in which libsumo has one under way."""
+    """A second simulation in a process in which libsumo already runs a simulation."""
 
     def __init__(self, owner: str) -> None:
         super().__init__(
@@ -155,8 +155,8 @@ class AnalysisError(LoopgateError):
 
 
 class ResultsError(LoopgateError):
-    """A folder of results that cannot be read or written."""
+    """A folder or file of results that cannot be read or written."""
 
 
 class SweepError(LoopgateError):
-    """A sweep whose description, executor or results folder does not fit."""
+    """A sweep with an invalid description, executor or results folder."""

@@ -21,7 +21,7 @@ def compute_mean(
     by: Sequence[str] = (c.GATE, c.VEHICLES),
     level: float = 0.95,
 ) -> pd.DataFrame:
-    """Return the mean of a value over runs, with Student's t interval.
+    """Return the mean of a column over the runs of each group, with Student's t interval.
 
     One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last three are
     missing for a single run). An interval of what is negative in no run stops at 0.
@@ -68,7 +68,7 @@ def compute_paired(
     level: float = 0.95,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Compare each gate with a baseline on the same seeds.
+    """Return the difference of each gate to a baseline gate, run by run on the same seeds.
 
     One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (interval of the
     mean difference, in the unit of `value`), `KIND` (of the interval: paired t below eight pairs, from there
@@ -144,7 +144,7 @@ def compute_paired(
 
 
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
-    """Return density, flow and speed of every run (the macroscopic fundamental diagram).
+    """Return density, flow and speed of each run (the macroscopic fundamental diagram).
 
     Columns: `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a
     group).
@@ -195,7 +195,7 @@ def compute_capacity(
     resamples: int = 1000,
     seed: int = 0,
 ) -> pd.DataFrame:
-    """Return the vehicle count at which the mean of a value peaks.
+    """Return the number of vehicles with the greatest mean of a column, such as throughput.
 
     One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
     `AT_BORDER`.

@@ -20,7 +20,7 @@ def compute_lap_distribution(
     by: Sequence[str] = (c.GATE, c.VEHICLES),
     quantiles: Sequence[float] = _QUANTILES,
 ) -> pd.DataFrame:
-    """Return quantiles of the lap times of all runs of a group together.
+    """Return quantiles of the lap times over all runs of each group.
 
     One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
 
@@ -66,7 +66,7 @@ def compute_lap_distribution(
 
 
 def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
-    """Return how long gates take to decide, how often they refuse, and how many messages they send.
+    """Return the time that gates take for a decision, their refusals and their messages.
 
     One row per group: `by`, `RUNS`, `DECISIONS` (sum), `DECISION_MEDIAN` [us] (median over runs of the run's
     median), `DECISION_P99` [us] (median over runs of the run's 99th percentile), `DECISION_MAX` [us]
@@ -115,7 +115,7 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.
 def compute_edge_means(
     *, runs: pd.DataFrame, edge_sets: Mapping[str, pd.DataFrame], by: Sequence[str] = (c.GATE,)
 ) -> pd.DataFrame:
-    """Return visits, hold time and revisit intervals of each edge, averaged over the runs of a group.
+    """Return visits, hold time and revisit intervals of each edge, averaged over runs.
 
     One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
     where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it),
@@ -183,7 +183,7 @@ def compute_ranked(
     what: str = run.JUNCTION,
     first: int = 15,
 ) -> pd.DataFrame:
-    """Return the junctions, or the edges, before which vehicles stood longest.
+    """Return the junctions or edges with the longest standing of vehicles before them.
 
     By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run. Where
     nobody stood is left out.

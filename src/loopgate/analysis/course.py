@@ -17,7 +17,7 @@ _HOUR_S = 3600.0
 
 
 def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
-    """Return distance, laps and standing of all vehicles in each interval, and their sums so far.
+    """Return distance, laps and standing vehicles in each time interval, and their running totals.
 
     One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers), `SPEED`
     [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
@@ -73,7 +73,7 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
 
 
 def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return how long vehicles waited for a gate, by the reason of the refusal.
+    """Return the total time that vehicles waited for a gate, for each reason of refusal.
 
     One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
     together), `LONGEST` [s] (the longest that one wait was for it).
@@ -110,7 +110,7 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
 def compute_time_space(
     *, events: pd.DataFrame, vehicles: pd.DataFrame, loops: pd.DataFrame, loop: str
 ) -> pd.DataFrame:
-    """Return when the vehicles of a loop entered which edge, as points of a time-space diagram.
+    """Return the times at which the vehicles of a loop entered each edge (a time-space diagram).
 
     By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
     `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
@@ -165,7 +165,7 @@ def compute_time_space(
 def compute_stuck(
     *, vehicles: pd.DataFrame, events: pd.DataFrame, end_s: float, after_s: float = 300.0
 ) -> pd.DataFrame:
-    """Return the vehicles that stood for long at the end of the run, and the vehicles that block them.
+    """Return the vehicles that stood for long at the end of the run, and the vehicle that blocks each.
 
     The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
     next vehicle of its deadlock; empty for others), `X`, `Y` [m].

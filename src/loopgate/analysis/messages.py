@@ -10,7 +10,7 @@ from loopgate.analysis.frames import table
 
 
 def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the messages of a run by kind, the most first.
+    """Return the messages of a run by kind, the most frequent kind first.
 
     `MESSAGE`, `MESSAGES` (transmissions), `PER_MOVE` (for each move to a next place), `BYTES` (what they
     hold as JSON). Empty where one program decided.

@@ -22,7 +22,7 @@ from loopgate.results.columns import Event
 
 
 def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return every revisit interval that ended in the period.
+    """Return every time between two visits of an edge that ended in the period.
 
     One row per interval, by edge and time: `EDGE`, `BEGIN` [s], `END` [s], `INTERVAL` [s].
 
@@ -133,7 +133,7 @@ def compute_revisits(
 
 
 def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return the time vehicles stood at gates, by the edge they stood on.
+    """Return the time that vehicles stood at gates, for each edge.
 
     One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
 
@@ -171,7 +171,7 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
 def compute_edges(
     *, events: pd.DataFrame, edges: pd.DataFrame, end_s: float, begin_s: float = 0.0, since_s: float = 0.0
 ) -> pd.DataFrame:
-    """Return the table that a run folder keeps as ``edges.parquet``.
+    """Return visits, hold times and revisit intervals of each edge, as in ``edges.parquet``.
 
     Columns: `EDGE_COLUMNS`, in the order of `edges`.
 

@@ -25,7 +25,7 @@ _SAFETY = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, c
 def compute_deadlock_rate(
     *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES), level: float = 0.95
 ) -> pd.DataFrame:
-    """Return the share of runs with a deadlock, with Wilson intervals.
+    """Return the share of runs with a deadlock in each group, with Wilson's interval.
 
     One row per group: `by`, `RUNS`, `DEADLOCKED`, `RATE`, `LOW`, `HIGH` (shares, 0 to 1).
 
@@ -58,7 +58,7 @@ def compute_deadlock_rate(
 def compute_survival(
     *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE,), level: float = 0.95
 ) -> pd.DataFrame:
-    """Return Kaplan-Meier curves of the time to the first deadlock.
+    """Return Kaplan-Meier curves: the share of runs without a deadlock up to each time.
 
     One row per curve and time at which a run locked up or was censored, from time 0 on: `by`, `AT` [s],
     `AT_RISK`, `DEADLOCKED`, `CENSORED`, `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1; the interval is missing
@@ -135,7 +135,7 @@ def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
 def compute_time_to_deadlock(
     *, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES), horizon_s: float | None = None
 ) -> pd.DataFrame:
-    """Return median and restricted mean of the time to the first deadlock, from the Kaplan-Meier curve.
+    """Return median and restricted mean of the time to the first deadlock (Kaplan-Meier).
 
     One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half were seen to
     lock up), `RESTRICTED_MEAN` [s], `HORIZON` [s].
@@ -186,7 +186,7 @@ def compute_time_to_deadlock(
 
 
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
-    """Return how many runs of each group were deadlocked, collided, teleported, or failed their audit.
+    """Return the number of runs with deadlocks, collisions, teleports or a failed audit, by group.
 
     One row per group: `by`; `FAILED` (runs that could not be made) and `RUNS` (the others, on which the rest
     stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a gate whose
@@ -229,7 +229,7 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
 
 
 def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
-    """Return how many trips arrived, their durations and their delays.
+    """Return the number of trips, how many arrived, and their durations and delays.
 
     One row per group: `by`; `RUNS`; means over runs of `ARRIVED`, `UNFINISHED`, `MEAN_TRIP`, `MEAN_WAITING`,
     `MEAN_TIME_LOSS`, `MEAN_DEPART_DELAY` and `MEAN_DELAY` [s]; greatest `WORST_DELAY` [s].

@@ -20,7 +20,7 @@ _ONLY_COUNTS = {SERIES, "vehicles_per_km"}
 
 
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return the successful runs with a column `SERIES`: the rule, and all other settings that differ.
+    """Return the successful runs with a new column `SERIES`, the name of their line in figures.
 
     The rule is *SUMO's rules* where no gate decides, *loopgate* under the gate ``certified``, *gate NAME*
     under another. Lights are named where they are not treated alike in all runs.

@@ -15,7 +15,7 @@ _SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed
 
 
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the blocked places, which no vehicle was let into, in the order of time.
+    """Return the blocked places (closed to vehicles because something stands there), by time.
 
     `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (empty where the place was closed),
     `FROM` and `UNTIL` [s] (missing if it was so when the run ended), `UNWATCHED` (the streets of loops
@@ -43,7 +43,7 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
 
 
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
-    """Return the vehicles that starved, grouped by the vehicle ahead, the largest group first.
+    """Return the vehicles that starved, grouped by the vehicle ahead; the largest group first.
 
     `VEHICLE` (that starved), `WAITS_FOR` (the vehicle that stood ahead, empty if none was found), `LANE` (its
     lane), `CAUSE`, `FROM` and `UNTIL` [s] (when the first of them was noticed, and when the last).

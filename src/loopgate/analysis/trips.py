@@ -20,7 +20,7 @@ _SECONDS_PER_HOUR = 3600.0
 
 
 def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return every lap completed in the period.
+    """Return every lap that a vehicle completed in the period.
 
     One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s], `LAP_TIME` [s].
 
@@ -63,7 +63,7 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
 
 
 def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return every stand at a gate, `Event.HOLD` to `Event.GO`, clipped to the period.
+    """Return every stand of a vehicle at a gate (from event ``hold`` to ``go``) within the period.
 
     One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
     came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
@@ -83,7 +83,7 @@ def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 
 
 def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return every wait for a gate, first `Event.REFUSE` to `Event.GRANT`, clipped to the period.
+    """Return every wait of a vehicle for a grant (first ``refuse`` to ``grant``) within the period.
 
     One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
     was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
@@ -105,7 +105,7 @@ def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 
 
 def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return laps, hold time and longest wait of each vehicle that has an event.
+    """Return laps, hold time and longest wait of each vehicle.
 
     One row per vehicle, sorted by name: `VEHICLE`, `LAPS` (completed in the period), `HOLD` [s] (total),
     `LONGEST_WAIT` [s] (0 if it was never refused).
@@ -137,7 +137,7 @@ def compute_vehicle_holds(*, events: pd.DataFrame, end_s: float, begin_s: float 
 def compute_throughput(
     *, events: pd.DataFrame, end_s: float, begin_s: float = 0.0, distance_m: float | None = None
 ) -> pd.DataFrame:
-    """Return the throughput of all vehicles in the period.
+    """Return the throughput of all vehicles together in the period.
 
     One row: ``laps``, ``laps_per_h`` [1/h], ``km_per_h`` [vehicle-km/h] (NaN without a distance).
 

@@ -15,7 +15,7 @@ _GRANTS = "grants"
 
 
 def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
-    """Return for every wait for a gate how long it was for which cause, clipped to the period.
+    """Return for each wait of a vehicle for a grant the seconds due to each reason of refusal.
 
     One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
     (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
@@ -70,7 +70,7 @@ def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 
 def compute_longest_waits(
     *, runs: pd.DataFrame, by: Sequence[str] = (NETWORK, GATE, VEHICLES)
 ) -> pd.DataFrame:
-    """Return the causes of the longest waits of each group of runs.
+    """Return the reasons of refusal during the longest waits of each group of runs.
 
     One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of the
     longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes for which

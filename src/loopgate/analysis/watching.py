@@ -33,7 +33,7 @@ def compute_watch(
     begin_s: float = 0.0,
     since_s: float = 0.0,
 ) -> pd.DataFrame:
-    """Return how often and how evenly every street was seen; the longest idle street is first.
+    """Return visits, revisit intervals and idleness of every street; the longest idle street first.
 
     Columns: `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
     intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and `WITHIN`
@@ -121,7 +121,7 @@ def compute_seen_within(
     since_s: float = 0.0,
     times_s: Iterable[float] | None = None,
 ) -> pd.DataFrame:
-    """Return the share of the streets that was seen within a time.
+    """Return the share of streets visited within a time, on average and always.
 
     Columns: `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
     period; `ALWAYS`: share of the streets for which that held all the time.
@@ -175,7 +175,7 @@ def compute_seen_within(
 
 
 def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
-    """Return the seen streets that went unseen longest.
+    """Return the visited streets with the longest time between two visits.
 
     One row per street with the columns named below, the one that went unseen longest first.
 
@@ -205,7 +205,7 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
 
 
 def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
-    """Return by name of street whether each of its edges was seen again in time.
+    """Return for each street name whether all its edges were visited often enough.
 
     Columns: `STREET` (the edge where it has no name), `EDGES` (how many), `SEEN` and `LATE` (how many of
     them were entered, and of these went unseen for longer than their bound), `VISITS` (of all),
@@ -273,7 +273,7 @@ def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
 
 
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
-    """Return how well groups of streets were watched; the longest idle group is first.
+    """Return visits and idleness of groups of streets (districts); the longest idle group first.
 
     Columns: `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
     `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and

@@ -47,7 +47,7 @@ class _Parked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PositionAudit:
-    """The findings, and figures for the summary."""
+    """The result of an audit of positions: violations, and figures for the summary."""
 
     findings: Sequence[Finding]
     figures: dict[str, Any]
@@ -60,7 +60,7 @@ def audit_positions(
     *,
     tick: Callable[[float], None] | None = None,
 ) -> PositionAudit:
-    """Hold the recorded positions of all vehicles against the layout and the grants.
+    """Check the recorded positions of all vehicles against the layout and the grants.
 
     A vehicle's body is its front and all behind it, as long as it is, along its loop. Between two steps it
     is taken to keep its speed, as SUMO moves it. The rules:

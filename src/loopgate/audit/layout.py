@@ -90,7 +90,7 @@ class VehicleBody:
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """States, crossings and vehicles of a run, in arc length on the loops."""
+    """The states and crossings of a run, and its vehicles, in arc length on the loops."""
 
     step_s: float
     room: Mapping[str, int]
@@ -108,7 +108,7 @@ class Layout:
 
 
 def write_layout(layout: Layout, file: Path) -> None:
-    """Write ``layout.json``; raise `ResultsError` if it cannot be written.
+    """Write a layout as ``layout.json``; raise `ResultsError` if that fails.
 
     Examples
     --------
@@ -129,7 +129,7 @@ def _by_field(part: DataclassInstance) -> dict[str, Any]:
 
 
 def read_layout(file: Path) -> Layout:
-    """Read ``layout.json``.
+    """Read a layout from a file ``layout.json``.
 
     Raises `ResultsError` if it cannot be read or is no layout.
 

@@ -14,7 +14,7 @@ _NONE: Mapping[str, int] = {}
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A broken rule."""
+    """A violation of a rule, found by the audit."""
 
     at_s: float
     """When [s]."""
@@ -37,7 +37,7 @@ def audit_events(
     joined: Sequence[Robot] = (),
     room: Mapping[str, int] = _NONE,
 ) -> list[Finding]:
-    """Re-check a finished run.
+    """Check a finished run by its events: capacities, order, and a grant for every entry.
 
     The books are kept anew from ``start``, ``grant`` and ``leave`` events, in the order of the trace:
 

@@ -16,7 +16,7 @@ from loopgate.network.road import RoadNetwork
 def export_loops(
     network: RoadNetwork, loops: Sequence[Loop], folder: Path | str, *, left_out: Mapping[str, str] = {}
 ) -> list[Path]:
-    """Write loops and their streets for maps and satellite receivers; return the files.
+    """Write loops and their streets as map files (GeoJSON, GPX, KML); return their paths.
 
     ``loops.geojson`` and ``streets.geojson`` hold all of them, ``loops/NAME.gpx`` and ``loops/NAME.kml`` each
     loop with its turn list. Longitude and latitude (WGS 84) follow from the network's projection.

@@ -59,7 +59,7 @@ class _Made:
 
 
 def export_run(folder: Path | str, out: Path | str) -> list[Path]:
-    """Write a run for maps, satellite receivers and spreadsheets; return the files.
+    """Write a run as map files (GeoJSON, GPX, KML) and spreadsheets (CSV); return their paths.
 
     ``streets.geojson`` (visits, idleness, time standing), ``loops.geojson``, ``places.geojson`` (capacity and
     waits), ``loops/NAME.gpx`` and ``.kml`` of each loop with its turn list, ``days/VEHICLE.csv`` of each
@@ -95,7 +95,7 @@ def export_run(folder: Path | str, out: Path | str) -> list[Path]:
 
 
 def run_features(folder: Path | str, layer: str = "streets") -> Features:
-    """Return a layer of a run as features of GeoJSON.
+    """Return a map layer of a run as GeoJSON features.
 
     Raises `ResultsError` if there is no such layer, and as `export_run`.
 
@@ -114,7 +114,7 @@ def run_features(folder: Path | str, layer: str = "streets") -> Features:
 
 
 def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
-    """Return the events of a vehicle, in order.
+    """Return all events of one vehicle in order of time.
 
     Columns: `TIME` [s], ``clock`` (h:mm:ss), ``what``, `STREET`, `EDGE`, ``lon`` and ``lat`` [degrees] of
     the edge's beginning. Raises `ResultsError` if the run has no such vehicle, and as `export_run`.

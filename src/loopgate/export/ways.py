@@ -15,7 +15,7 @@ _ROUND_DEG = 150.0
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """A line of a turn list: an instruction and its position."""
+    """One line of a loop's turn list: an instruction and its position on the map."""
 
     at_m: float
     """Distance from the loop's beginning [m]."""
@@ -27,7 +27,7 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A loop with its line.
+    """A loop as a line on the map.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Way:
 
 
 def loop_way(loop: Loop) -> Way:
-    """Return a loop with its line, closed where the loop is.
+    """Return a loop as a line on the map; the line is closed if the loop is.
 
     Examples
     --------
@@ -69,14 +69,14 @@ def loop_way(loop: Loop) -> Way:
 
 
 def distinct(line: Floats) -> Floats:
-    """Return the line without repeated points."""
+    """Return a line without repeated points."""
     keep = np.concatenate(([True], np.abs(np.diff(line, axis=0)).max(axis=1, initial=0.0) > 0.0))
     kept: Floats = line[keep] if keep.sum() > 1 else line[:2]
     return kept
 
 
 def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[float]) -> list[Turn]:
-    """Return the turn list of a loop: the first street, then each turn, and each new street straight on.
+    """Return the turn list of a loop: its first street, each turn, and each new street name.
 
     Turns of less than 30 degrees are *straight on*, those of more than 150 degrees *turn round*.
 

@@ -9,7 +9,7 @@ from loopgate.model import Configuration
 
 
 class Reason(StrEnum):
-    """Why a move was admitted or refused; these words appear in traces and summaries."""
+    """The reason why a gate admitted or refused a move; traces and summaries contain these words."""
 
     FREE = "free"
     """Admitted: no rule of the gate speaks against it."""
@@ -49,7 +49,7 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """A gate's answer to one request.
+    """The answer of a gate to one request: admitted or not, and the reason.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def refusal(reason: Reason, detail: str = "", stage: str = "", blockers: Iterabl
 
 @runtime_checkable
 class Gate(Protocol):
-    """Decides moves of one system. It knows robots and states, nothing of roads, files or clocks.
+    """The interface of a gate, which admits or refuses moves of robots in one system.
 
     A gate class is called with the system, and with keyword options that the user may set
     (``--gate name:option=value``). It may have a static method ``check_options``, which takes the same
@@ -92,7 +92,7 @@ class Gate(Protocol):
     """
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
-        """Say whether `robot` may make its next move in `configuration`.
+        """Return the decision whether `robot` may make its next move in `configuration`.
 
         The answer depends on `configuration` (and on what `moved` told) alone and changes nothing that
         a later answer depends on.
@@ -100,31 +100,31 @@ class Gate(Protocol):
         ...
 
     def moved(self, configuration: Configuration, robot: int) -> None:
-        """Take note that `robot` has made an admitted move, which led to `configuration`."""
+        """Tell the gate that `robot` has made an admitted move, which led to `configuration`."""
         ...
 
 
 @runtime_checkable
 class FollowingGate(Gate, Protocol):
-    """A gate that follows the moves itself, so that a decision needs no configuration.
+    """A gate that keeps track of the configuration itself, so that callers need not pass it.
 
     `decide_here` and `moved_here` are `decide` and `moved` for the configuration reached by the moves told
     so far. That takes O(robots) off each move and each decision.
     """
 
     def decide_here(self, robot: int) -> Decision:
-        """Say whether `robot` may make its next move now."""
+        """Return the decision whether `robot` may make its next move now."""
         ...
 
     def moved_here(self, robot: int) -> None:
-        """Take note that `robot` has made an admitted move."""
+        """Tell the gate that `robot` has made an admitted move."""
         ...
 
 
 @runtime_checkable
 class TimedGate(Gate, Protocol):
-    """A gate with a budget of time, which it measures with its caller's clock since it has none."""
+    """A gate that limits the time of its decisions, measured with a clock of the caller."""
 
     def use_clock(self, clock: Callable[[], float]) -> None:
-        """Measure time with `clock`, which tells the time [s] from any origin."""
+        """Set the function that returns the time [s], from any origin."""
         ...

@@ -36,7 +36,7 @@ def gate_names() -> list[str]:
 
 
 def name_gate(gate: object) -> str:
-    """Return the name of a gate's class, or of a function that is called with a `System` and returns a gate.
+    """Return the name of a gate class, or of a function that makes a gate from a `System`.
 
     Raises `GateError` if it is neither, nor a name.
 
@@ -54,7 +54,7 @@ def name_gate(gate: object) -> str:
 
 
 def check_gate(spec: str) -> None:
-    """Check a gate's name and options before there is a system to make it for.
+    """Check the name and the options of a gate before a system exists.
 
     Names, options and the kinds of their values are checked for every gate; what the values mean, for gates
     that have a static method ``check_options``.
@@ -82,7 +82,7 @@ def check_gate(spec: str) -> None:
 
 
 def make_gate(gate: object, system: System, clock: Callable[[], float] | None = None) -> Gate:
-    """Make a gate for `system`.
+    """Make a gate for a system, by the gate's name.
 
     Raises `GateError` if no gate has that name, the gate has no such option, it is none, or it refuses the
     system's start. Raises `PluginError` if a gate of a user's own fails, or has methods that cannot be called

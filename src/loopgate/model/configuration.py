@@ -7,21 +7,21 @@ from typing import NamedTuple, Protocol
 
 
 class Placement(Protocol):
-    """Positions of robots: a `Configuration`, or a mutable configuration."""
+    """The interface of positions of robots: of a `Configuration` or a `MutableConfiguration`."""
 
     @property
     def positions(self) -> Sequence[int]:
-        """See `Configuration`."""
+        """The index on its path of each robot."""
         ...
 
     @property
     def queues(self) -> Sequence[Sequence[int]]:
-        """See `Configuration`."""
+        """The robots in each FIFO state in order, by state number."""
         ...
 
 
 class Configuration(NamedTuple):
-    """The state of a system: one position per robot, and the order within its FIFO states."""
+    """The positions of all robots of a system, and their order within FIFO states."""
 
     positions: tuple[int, ...]
     """``positions[i]`` is the index on its path of robot ``i``, so that a state that comes back in a round
@@ -32,7 +32,7 @@ class Configuration(NamedTuple):
 
 
 class MutableConfiguration:
-    """A configuration in which moves are made and taken back, at no cost for the robots that stay.
+    """A configuration that can be changed: moves are made and undone in place.
 
     `System.make` and `System.take_back` do so.
     """
@@ -44,5 +44,5 @@ class MutableConfiguration:
         self.queues = [list(queue) for queue in placement.queues]
 
     def frozen(self) -> Configuration:
-        """Return an unchangeable copy of the present configuration."""
+        """Return an immutable copy of the present configuration."""
         return Configuration(tuple(self.positions), tuple(map(tuple, self.queues)))

@@ -9,7 +9,7 @@ from loopgate.reading import shown
 
 @dataclass(frozen=True, slots=True)
 class Robot:
-    """A robot on a predetermined one-way path (Zhou et al. 2020, Section 3.2).
+    """A robot on a fixed path: the sequence of states that it visits (Zhou et al. 2020, Section 3.2).
 
     Raises `SystemModelError` on an empty name or path, a start outside the path, or a state that follows
     itself.
@@ -62,7 +62,7 @@ class Robot:
                 raise SystemModelError(msg)
 
     def next_position(self, position: int) -> int | None:
-        """Return the position after `position`, or None where the robot stays for good.
+        """Return the index on the path after `position`; None if the robot stays for good.
 
         A robot stays for good at the end of an open path and on a closed path of a single state.
         """

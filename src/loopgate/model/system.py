@@ -17,7 +17,7 @@ LARGEST_CAPACITY = 1_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class System:
-    """Robots on paths over states, some of them shared (Zhou et al. 2020, Section 3.2).
+    """Robots on paths over states, some of which are shared (Zhou et al. 2020, Section 3.2).
 
     Robots and states are numbered: robot ``i`` is ``robots[i]``; state numbers follow the first
     appearance along the robots' paths. Algorithms use the numbers, people the names.
@@ -142,14 +142,14 @@ class System:
 
     @property
     def initial(self) -> Configuration:
-        """The configuration in which every robot stands at its start.
+        """The configuration in which every robot is at its start.
 
         Robots that start in one FIFO state are queued in the order in which they are listed, head first.
         """
         return self.configuration(robot.start for robot in self.robots)
 
     def configuration(self, positions: Iterable[int]) -> Configuration:
-        """Return the configuration with these positions; FIFO states are queued in robot order."""
+        """Return the configuration with given positions; FIFO states are queued in robot order."""
         where = tuple(positions)
         queues: list[list[int]] = [[] for _ in self.fifo_states]
         for i, p in enumerate(where):
@@ -159,7 +159,7 @@ class System:
         return Configuration(where, tuple(tuple(q) for q in queues))
 
     def robot_number(self, name: RobotId) -> int:
-        """Return the number of the robot called `name`.
+        """Return the number of the robot with a name.
 
         Raises `SystemModelError` if no robot has that name.
         """
@@ -170,49 +170,49 @@ class System:
         raise SystemModelError(msg)
 
     def state_at(self, configuration: Placement, robot: int) -> int:
-        """Return the state in which `robot` stands."""
+        """Return the state that `robot` occupies."""
         return self.paths[robot][configuration.positions[robot]]
 
     def next_position(self, configuration: Placement, robot: int) -> int | None:
-        """Return the position `robot` moves to next, or None if it stays for good."""
+        """Return the next index of `robot` on its path; None if it stays for good."""
         following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else following
 
     def next_state(self, configuration: Placement, robot: int) -> int | None:
-        """Return the state `robot` moves to next, or None if it stays for good."""
+        """Return the next state of `robot`; None if it stays for good."""
         following = self.following[robot][configuration.positions[robot]]
         return None if following < 0 else self.paths[robot][following]
 
     def finished(self, configuration: Placement, robot: int) -> bool:
-        """Return whether `robot` stays where it is for good."""
+        """Return whether `robot` is at the end of its path and stays there for good."""
         return self.following[robot][configuration.positions[robot]] < 0
 
     def occupancy(self, configuration: Placement) -> list[int]:
-        """Return how many robots stand in each state, by state number."""
+        """Return the number of robots in each state, by state number."""
         count = [0] * len(self.states)
         for path, p in zip(self.paths, configuration.positions, strict=True):
             count[path[p]] += 1
         return count
 
     def occupants(self, configuration: Placement, state: int) -> list[int]:
-        """Return the robots in `state`: head first in a FIFO state, else in robot order."""
+        """Return the robots in `state`: the head first in a FIFO state, otherwise in robot order."""
         q = self._queue_of.get(state)
         if q is not None:
             return list(configuration.queues[q])
         return [i for i in sorted(self.visitors[state]) if self.paths[i][configuration.positions[i]] == state]
 
     def head(self, configuration: Placement, state: int) -> int | None:
-        """Return the first robot in `state`, if it is a FIFO state with a robot in it."""
+        """Return the first robot in `state`; None if the state is empty or not FIFO."""
         q = self._queue_of.get(state)
         return configuration.queues[q][0] if q is not None and configuration.queues[q] else None
 
     def at_head(self, configuration: Placement, robot: int) -> bool:
-        """Return whether no robot stands before `robot` in a FIFO state."""
+        """Return whether no other robot is ahead of `robot` in a FIFO state."""
         q = self._queue_of.get(self.state_at(configuration, robot))
         return q is None or configuration.queues[q][0] == robot
 
     def has_room(self, configuration: Placement, state: int) -> bool:
-        """Return whether one more robot fits into `state`: for capacity 1, ``Sign(state) == 0``."""
+        """Return whether `state` can hold one more robot (the paper's ``Sign(state) == 0``)."""
         if self.private[state]:
             return True
         q = self._queue_of.get(state)
@@ -224,7 +224,7 @@ class System:
         return count < self.room[state]
 
     def enabled(self, configuration: Placement, robot: int) -> bool:
-        """Return whether the one-step move of `robot` breaks neither capacity nor order.
+        """Return whether `robot` can move to its next state within the capacity and the FIFO order.
 
         This is the paper's "movable" (Section 4.1), extended to capacities and FIFO states.
         """
@@ -236,7 +236,7 @@ class System:
         )
 
     def move(self, configuration: Configuration, robot: int) -> Configuration:
-        """Return the configuration after the one-step move of `robot`.
+        """Return the configuration after `robot` has moved to its next state.
 
         Raises `IllegalMoveError` if the move is not `enabled`.
         """
@@ -250,7 +250,7 @@ class System:
         return self.moved(configuration, robot)
 
     def moved(self, configuration: Configuration, robot: int) -> Configuration:
-        """Return the configuration after a move that the caller knows to be enabled (unchecked)."""
+        """Return the configuration after a move, without checking that the move is possible."""
         p = configuration.positions[robot]
         q = self.following[robot][p]
         positions = (*configuration.positions[:robot], q, *configuration.positions[robot + 1 :])
@@ -266,7 +266,7 @@ class System:
         return Configuration(positions, tuple(queues))
 
     def make(self, placement: MutableConfiguration, robot: int) -> int:
-        """Make a move that the caller knows to be enabled; return the argument of `take_back`."""
+        """Make a move in a mutable configuration, unchecked; return the argument for `take_back`."""
         p = placement.positions[robot]
         q = placement.positions[robot] = self.following[robot][p]
         left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (p, q))
@@ -277,7 +277,7 @@ class System:
         return p
 
     def take_back(self, placement: MutableConfiguration, robot: int, before: int) -> None:
-        """Take back the last move that was made, of `robot` from the position `before`."""
+        """Undo the last move, made by `robot` from the position `before`."""
         q = placement.positions[robot]
         placement.positions[robot] = before
         left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (before, q))
@@ -287,7 +287,7 @@ class System:
             placement.queues[left].insert(0, robot)
 
     def describe(self, configuration: Configuration) -> tuple[StateId, ...]:
-        """Return the names of the states in which the robots stand, robot by robot."""
+        """Return the names of the states that the robots occupy, in robot order."""
         return tuple(
             self.states[path[p]] for path, p in zip(self.paths, configuration.positions, strict=True)
         )

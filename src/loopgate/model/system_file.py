@@ -24,7 +24,7 @@ _ROBOT_KEYS = {"id", "path", "closed", "start"}
 
 
 def read_system(file: Path | str) -> System:
-    """Read a system file.
+    """Read a system of robots and states from a JSON file.
 
     Raises `SystemFileError` if the file cannot be read, is no JSON, or describes no valid system; the text
     names the file and the robot or state concerned.
@@ -45,7 +45,7 @@ def read_system(file: Path | str) -> System:
 
 
 def write_system(system: System, file: Path | str, *, note: str = "") -> None:
-    """Write a system file that `read_system` reads back to an equal system, making its folder.
+    """Write a system as a JSON file, which `read_system` can read; make its folder if needed.
 
     Raises `SystemFileError` if the file cannot be written.
 
@@ -71,7 +71,7 @@ def write_system(system: System, file: Path | str, *, note: str = "") -> None:
 
 
 def system_to_dict(system: System) -> dict[str, Any]:
-    """Return the system as the JSON object of a system file.
+    """Return a system as the JSON object of a system file.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def system_to_dict(system: System) -> dict[str, Any]:
 
 
 def system_from_dict(data: object) -> System:
-    """Build a system from the JSON object of a system file.
+    """Make a system from the JSON object of a system file.
 
     Raises `SystemModelError` if keys are unknown or missing, values have the wrong type, or the model refuses
     the system.

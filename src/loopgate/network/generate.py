@@ -30,7 +30,7 @@ look at one walk counts for. Some seconds in all; up to several hundred edges th
 
 @dataclass(frozen=True, slots=True)
 class FoundLoops:
-    """Loops, and the warning if there are fewer than asked for."""
+    """The loops that were found, and a warning if they are fewer than asked for."""
 
     loops: tuple[Loop, ...]
     """As many as were asked for, or as there are."""
@@ -213,7 +213,7 @@ def find_loops(
     progress: Callable[[int], None] | None = None,
     **options: Unpack[LoopOptions],
 ) -> FoundLoops:
-    """Find distinct closed loops, none of which uses an edge twice, as many as asked for or as there are.
+    """Find distinct closed loops in the network; no loop uses an edge twice.
 
     Raises `RouteError` if there is not a single one; the text says why.
 
@@ -254,7 +254,7 @@ def generate_loops(
     count: int,
     **options: Unpack[LoopOptions],
 ) -> tuple[Loop, ...]:
-    """Make as many loops as asked for; network, count and options as for `find_loops`.
+    """Find distinct closed loops as `find_loops` does, and return them with the warning.
 
     Raises `RouteError` if not enough loops were found; the text says how many there are.
 

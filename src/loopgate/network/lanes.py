@@ -41,7 +41,7 @@ def make_loop(
     on_lanes: Mapping[str, int] = _ANY,
     leave_on: Mapping[str, int] = _ANY,
 ) -> Loop:
-    """Make the loop over these edges; the last must lead to the first.
+    """Make a loop from edge ids in driving order; the last edge must lead to the first.
 
     Lanes are chosen so that the vehicle changes lanes as little as possible over the round: the lanes that
     make the turns, by dynamic programming round the loop. Where it has to change, or could as well take

@@ -52,7 +52,7 @@ class LaneSpan:
 
     @property
     def lane_in(self) -> int:
-        """Index of the lane on which the vehicle comes onto it."""
+        """The index of the lane on which a vehicle enters the edge."""
         return self.lane if self.entered is None else self.entered
 
     @property
@@ -62,13 +62,13 @@ class LaneSpan:
 
     @property
     def changes(self) -> bool:
-        """Whether the vehicle may be on another lane here."""
+        """Whether the vehicle may change lanes on this part of the loop."""
         return len(self.lane_ids) > 1
 
 
 @dataclass(frozen=True, slots=True)
 class Loop:
-    """A way through the network, closed as a rule; arc length 0 is the beginning of its first edge.
+    """A route through the network, closed unless said otherwise; arc length 0 is the start of its first edge.
 
     Arc length is SUMO's: the lengths of lanes and internal lanes, by which vehicles drive, not the lengths
     of the drawn shapes. Make one with `loopgate.network.make_loop`.
@@ -125,30 +125,30 @@ class Loop:
 
     @property
     def roads(self) -> list[LaneSpan]:
-        """Its lanes outside of junctions: one for each of its `edges`."""
+        """The lanes that the loop uses on its edges, one lane for each edge, without junctions."""
         return [span for span in self.spans if not span.internal]
 
     @property
     def length_m(self) -> float:
-        """Length of its lanes [m]: of one lap, if it is closed."""
+        """The length of all lanes of the loop [m]; on a closed loop, the length of one lap."""
         return self._ends[-1]
 
     @property
     def lap_m(self) -> float:
-        """By how much arc lengths grow from lap to lap [m]; more than anybody drives if there is but one."""
+        """The arc length added with each lap [m]; for a route driven once, more than its whole length."""
         return self.length_m if self.closed else self.length_m + AWAY_M
 
     def span_at(self, arc_m: float) -> LaneSpan:
-        """Return the lane at an arc length, taken modulo the loop's length; O(log spans)."""
+        """Return the lane at an arc length, which is taken modulo the loop's length; O(log spans)."""
         return self.spans[self._number_at(arc_m)]
 
     def locate(self, arc_m: float) -> LanePosition:
-        """Return where on the road an arc length is; it is taken modulo the loop's length."""
+        """Return edge, lane and position on the lane at an arc length, taken modulo the loop's length."""
         span = self.span_at(arc_m)
         return LanePosition(span.edge, span.lane, min(arc_m % self.lap_m - span.begin_m, span.length_m))
 
     def arc(self, edge: str, position_m: float, *, after_m: float = 0.0) -> float:
-        """Return the first arc length, at or after `after_m` going round, of a position on an edge.
+        """Return the arc length of a position on an edge: the first that is at least `after_m`.
 
         Raises `RouteError` if the loop does not use the edge.
 
@@ -168,7 +168,7 @@ class Loop:
         return min(found, key=lambda arc: (arc - after_m) % self.length_m)
 
     def hold_before(self, arc_m: float) -> float:
-        """Return the last arc length, not after `arc_m`, at which SUMO can hold a vehicle's front.
+        """Return the last arc length up to `arc_m` at which SUMO can make a vehicle stop.
 
         That is on a normal lane, at least `HOLD_MARGIN_M` from both of its ends. The result is below 0
         if it lies before the loop's beginning.
@@ -184,7 +184,7 @@ class Loop:
         raise self._no_hold()
 
     def hold_after(self, arc_m: float) -> float:
-        """Return the first arc length, not before `arc_m`, at which SUMO can hold a vehicle's front.
+        """Return the first arc length from `arc_m` on at which SUMO can make a vehicle stop.
 
         As `hold_before`; the result may lie beyond the loop's length.
         """
@@ -212,7 +212,7 @@ class Loop:
         return RouteError(f"loop {self.id}: no lane on it is long enough to hold a vehicle")
 
     def curve(self) -> tuple[Floats, Floats]:
-        """Return the loop's curve: points [m], shape (n, 2), and the arc length of each [m], shape (n,).
+        """Return the loop as drawn: points [m], shape (n, 2), and the arc length of each [m], shape (n,).
 
         Shapes are scaled so that arc lengths agree with lane lengths. The first point comes back at the end
         where the drawing is closed; consecutive lanes may repeat a point or leave a small gap, as drawn.

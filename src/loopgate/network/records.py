@@ -32,7 +32,7 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A road between two junctions, in one direction."""
+    """A road between two junctions in one direction."""
 
     id: str
     from_junction: str
@@ -45,17 +45,17 @@ class Edge:
 
     @property
     def length_m(self) -> float:
-        """Length of its lanes [m]."""
+        """The length of the edge's lanes [m]."""
         return self.lanes[0].length_m
 
     def allows(self, vclass: str) -> bool:
-        """Return whether a vehicle of that class may use at least one lane."""
+        """Return whether a vehicle class may use at least one lane of the edge."""
         return any(vclass in lane.allowed for lane in self.lanes)
 
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """A movement over a junction, from a lane to a lane."""
+    """A movement over a junction, from one lane to another."""
 
     from_edge: str
     from_lane: int
@@ -75,23 +75,23 @@ class Connection:
 
     @property
     def id(self) -> str:
-        """``fromlane>tolane``, unique in the network."""
+        """The id ``fromlane>tolane``, unique in the network."""
         return f"{self.from_id}>{self.to_id}"
 
     @property
     def from_id(self) -> str:
-        """The lane that it leads from."""
+        """The id of the lane before the junction."""
         return f"{self.from_edge}_{self.from_lane}"
 
     @property
     def to_id(self) -> str:
-        """The lane that it leads to."""
+        """The id of the lane behind the junction."""
         return f"{self.to_edge}_{self.to_lane}"
 
 
 @dataclass(frozen=True, slots=True)
 class Junction:
-    """A junction."""
+    """A junction of the network, with its right of way."""
 
     id: str
     type: str
@@ -106,5 +106,5 @@ class Junction:
 
     @property
     def regulated(self) -> bool:
-        """Whether the junction has right of way; without it SUMO's drivers ignore vehicles inside."""
+        """Whether the junction has right of way; without it, SUMO's drivers ignore vehicles inside."""
         return bool(self.foes)

@@ -38,7 +38,7 @@ PACKAGED = "sumo:"
 
 
 class RoadNetwork:
-    """A SUMO road network; immutable.
+    """A SUMO road network: edges, lanes, junctions and movements. It cannot be changed.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class RoadNetwork:
 
     @classmethod
     def open(cls, name: str | Path) -> RoadNetwork:
-        """Read a network.
+        """Read a network from a file, or from the SUMO package.
 
         Raises `NetworkError` if there is no such network, or the file is no SUMO network or one that makes no
         sense.
@@ -137,7 +137,7 @@ class RoadNetwork:
         return network
 
     def edge(self, edge: str) -> Edge:
-        """Return the edge; raise `NetworkError` if the network has none of that name."""
+        """Return the edge with an id; raise `NetworkError` if there is none."""
         try:
             return self.edges[edge]
         except KeyError:
@@ -145,16 +145,16 @@ class RoadNetwork:
             raise NetworkError(msg) from None
 
     def outgoing(self, edge: str) -> tuple[Connection, ...]:
-        """Return the movements that leave an edge."""
+        """Return the movements that lead from an edge over a junction."""
         return self._outgoing[edge]
 
     def between(self, from_edge: str, to_edge: str, vclass: str = "passenger") -> tuple[Connection, ...]:
-        """Return the movements from one edge to the next that a vehicle of the class may make."""
+        """Return the movements from one edge to the next that a vehicle class may use."""
         found = self._between.get((from_edge, to_edge), ())
         return tuple(connection for connection in found if self.allows(connection, vclass))
 
     def allows(self, connection: Connection, vclass: str = "passenger") -> bool:
-        """Return whether a vehicle of the class may make the movement: both lanes and all lanes between."""
+        """Return whether a vehicle class may use a movement: both lanes and all lanes between them."""
         return (
             vclass in self.edges[connection.from_edge].lanes[connection.from_lane].allowed
             and vclass in self.edges[connection.to_edge].lanes[connection.to_lane].allowed
@@ -162,11 +162,11 @@ class RoadNetwork:
         )
 
     def over_m(self, connection: Connection) -> float:
-        """Return how long a movement is inside its junction [m]."""
+        """Return the length of a movement inside its junction [m]."""
         return sum(self.lanes[lane].length_m for lane in connection.via)
 
     def without(self, edges: Collection[str]) -> RoadNetwork:
-        """Return the network without these edges."""
+        """Return a copy of the network without some edges."""
         closed = {lane.id: replace(lane, allowed=frozenset()) for e in edges for lane in self.edges[e].lanes}
         return RoadNetwork(
             name=self.name,
@@ -181,12 +181,12 @@ class RoadNetwork:
         )
 
     def is_regulated(self, lane: str) -> bool:
-        """Return whether there is right of way at the junction that a lane leads to; yes inside one."""
+        """Return whether the junction at a lane's end has right of way; true inside junctions."""
         edge = self.edges.get(self.lanes[lane].edge)
         return edge is None or self.junctions[edge.to_junction].regulated
 
     def are_foes(self, one: Connection, other: Connection) -> bool:
-        """Return whether the request matrix of their junction says that two movements conflict."""
+        """Return whether two movements conflict by the request matrix of their junction."""
         if one.junction != other.junction or one.link < 0 or other.link < 0:
             return False
         rows = self.junctions[one.junction].foes  # none at junctions without right of way
@@ -215,7 +215,7 @@ def _read(name: str, file: Path, content: str) -> RoadNetwork:
 
 
 def packaged_networks() -> dict[str, Path]:
-    """Return the networks that ship in the SUMO package (its folder ``tools/game``), by name.
+    """Return names and files of the networks in the SUMO package (its folder ``tools/game``).
 
     Examples
     --------

@@ -11,7 +11,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 
 def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> None:
-    """Write loops as an ordinary SUMO route file that netedit, sumo-gui and `read_loops` open.
+    """Write loops as a SUMO route file, which SUMO, netedit and `read_loops` can read.
 
     `note` becomes a comment at the top: how the file was made. Raises `RouteError` if it cannot be written.
 

@@ -41,7 +41,7 @@ def is_sumo_config(name: str | Path) -> bool:
 
 
 def read_sumo_config(file: Path | str) -> SumoConfig:
-    """Read a SUMO configuration; the files it names are relative to its folder.
+    """Read a SUMO configuration (``.sumocfg``); file names in it are relative to its folder.
 
     Raises `RouteError` if it cannot be read or names no network.
 

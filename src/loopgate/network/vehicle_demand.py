@@ -18,7 +18,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 @dataclass(frozen=True, slots=True)
 class VehicleDemand:
-    """A vehicle, or a flow of them, on its loop."""
+    """A vehicle, or a flow of vehicles, that drives on one loop."""
 
     id: str
     loop: Loop
@@ -46,11 +46,11 @@ class VehicleDemand:
 
     @property
     def once(self) -> bool:
-        """Whether the vehicle drives its route once, and not round and round."""
+        """Whether the vehicle drives its route only once, not round and round."""
         return not self.loop.closed or any(way.once for way, _ in self.ways)
 
     def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[VehicleDemand]:
-        """Yield the vehicles that depart in a run [s]; a vehicle that departed before is there at first.
+        """Yield the vehicles that depart during a run; earlier departures count at the start.
 
         Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
         follows from seed and name.
@@ -60,7 +60,7 @@ class VehicleDemand:
                 yield one
 
     def number(self, begin_s: float, end_s: float) -> float:
-        """Return how many `each` yields; on average, where they depart at random."""
+        """Return the number of vehicles that `each` yields; the mean if departures are random."""
         since_s = self._since_s(begin_s)
         if self.flow is not None:
             return self.flow.expected(since_s, end_s)
@@ -84,7 +84,7 @@ class VehicleDemand:
                 yield replace(one, depart_s=depart_s, flow=None, stops=stops)
 
     def drawn(self, name: str, seed: int) -> Iterator[VehicleDemand]:
-        """Yield the vehicle of a name with its drawn type and route; nothing if the type has no route."""
+        """Yield a vehicle with its drawn type and route; nothing if the type has no route."""
         if not self.types and not self.ways:
             yield replace(self, id=name)
             return
@@ -98,7 +98,7 @@ class VehicleDemand:
 
 @dataclass(frozen=True, slots=True)
 class RoutesFile:
-    """The content of a route file or configuration."""
+    """The vehicles, flows, loops and types of a route file or SUMO configuration."""
 
     file: Path
     loops: tuple[Loop, ...]
@@ -127,23 +127,23 @@ class RoutesFile:
 
     @property
     def first_s(self) -> float:
-        """When the first vehicle departs [s]."""
+        """The departure time of the first vehicle [s]."""
         theirs = [v.depart_s for v in self.ungated.vehicles if v.element.get("depart") != "triggered"]
         mine = [v.flow.begin_s if v.flow else v.depart_s for v in self.vehicles]
         return min([*mine, *theirs], default=0.0)
 
     def longest_vehicle(self) -> tuple[float, float]:
-        """Return length and minimum gap [m], the largest of the file's vehicles; SUMO's if it has none."""
+        """Return the largest length and minimum gap [m] of the file's vehicles; else SUMO's."""
         drawn = [kind for v in self.vehicles for kind, _ in v.types]
         kinds = [*drawn, *(v.type for v in self.vehicles)] or [self.default]
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
     def drawn(self, seed: int) -> RoutesFile:
-        """Return a copy in which the run's seed has drawn the type and route of each vehicle and flow."""
+        """Return a copy in which a type and a route are drawn by the seed for each vehicle and flow."""
         return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
-        """Return names and loops of the file's vehicles, or else of its loops, one robot on each.
+        """Return names and loops of the file's vehicles; of one vehicle per loop if it has none.
 
         The mapping says where the file wants vehicles to start, as arc length [m] by name.
         """
@@ -153,7 +153,7 @@ class RoutesFile:
         return [v.id for v in self.vehicles], [v.loop for v in self.vehicles], starts
 
     def robot_types(self) -> list[VehicleType]:
-        """Return the type of each robot of `robots`: its own, else the file's `default`."""
+        """Return the vehicle type of each robot of `robots`: its own, or the file's default type."""
         if self.vehicles:
             return [vehicle.type for vehicle in self.vehicles]
         return [self.default] * len(self.loops)

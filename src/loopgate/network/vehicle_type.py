@@ -73,7 +73,7 @@ _SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading"
 
 @dataclass(frozen=True, slots=True)
 class VehicleType:
-    """The attributes of a vehicle type that matter here; the defaults are SUMO's."""
+    """The attributes of a SUMO vehicle type that loopgate uses; the defaults are SUMO's."""
 
     id: str = "DEFAULT_VEHTYPE"
     length_m: float = 5.0
@@ -88,12 +88,12 @@ class VehicleType:
 
     @property
     def needed_m(self) -> float:
-        """The room that it takes where vehicles queue: its length and its gap [m]."""
+        """The length that the vehicle takes in a queue [m]: its own length and its minimum gap."""
         return self.length_m + self.min_gap_m
 
     @property
     def width_m(self) -> float:
-        """Width [m]: from the file, or SUMO's default for the class."""
+        """The width of the vehicle [m]: from the file, or SUMO's default for its class."""
         try:
             return float(self.attributes["width"])
         except (KeyError, ValueError):
@@ -101,7 +101,7 @@ class VehicleType:
 
     @property
     def jointed(self) -> bool:
-        """Whether it bends where lanes meet, as a trailer does: SUMO's angle is its first part's then."""
+        """Whether the vehicle has joints, as a truck with a trailer; SUMO gives its first part's angle."""
         if "locomotiveLength" in self.attributes:
             return True
         shape = self.attributes.get("guiShape")

@@ -96,7 +96,7 @@ def finish(chart: Any, **sizes: Any) -> Any:  # noqa: ANN401 - Altair's own char
 
 
 def figure_svg(figure: Chart) -> str:
-    """Return a figure as SVG.
+    """Return a Matplotlib figure as SVG text.
 
     Examples
     --------

@@ -33,7 +33,7 @@ def plot_flow(
     deadlocks: Sequence[float] = (),
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw the flow of all vehicles over time, a panel for each figure, from `compute_flow`.
+    """Draw measurements of all vehicles over time from `compute_flow`, a panel for each.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def plot_ranked(
     series: str = "",
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw bars, the longest on top: junctions from `compute_ranked`, causes from `compute_causes`.
+    """Draw bars, the longest on top: junctions from `compute_ranked`, or causes from `compute_causes`.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def plot_ranked(
 
 
 def plot_time_space(points: pd.DataFrame) -> Chart:
-    """Draw where each vehicle of a loop was when, from `compute_time_space`; a flat line stands.
+    """Draw the edges of a loop over time from `compute_time_space`, one line for each vehicle.
 
     Between the beginnings of two edges the line is straight, whatever the vehicle did there.
 

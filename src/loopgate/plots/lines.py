@@ -41,7 +41,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     percent: bool = False,
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw a line with markers per series, with intervals and single runs where they are given.
+    """Draw a line with markers for each series, with intervals and single runs if given.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def plot_mean(
     value: str = c.KM_PER_H,
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw means with intervals against vehicles, from `compute_mean` by series and vehicles.
+    """Draw means from `compute_mean` against the number of vehicles, a line for each series.
 
     Single runs, with their `value`, are small points.
 
@@ -147,7 +147,7 @@ def plot_mean(
 
 
 def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
-    """Draw the share of runs that lock up, with Wilson intervals, from `compute_deadlock_rate`.
+    """Draw the share of runs that lock up, from `compute_deadlock_rate`, with Wilson's intervals.
 
     Examples
     --------
@@ -164,7 +164,7 @@ def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequ
 def plot_paired(
     paired: pd.DataFrame, label: str = "", *, series: str = c.GATE, among: Sequence[str] = ()
 ) -> Chart:
-    """Draw differences to the baseline with their intervals, from `compute_paired`; above 0 is better.
+    """Draw the differences to a baseline from `compute_paired`, with intervals; above 0 is better.
 
     Examples
     --------
@@ -184,7 +184,7 @@ def plot_paired(
 
 
 def plot_decision_time(decisions: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
-    """Draw the median of the decision time and, above it, its 99th percentile, from `compute_decision_time`.
+    """Draw median and 99th percentile of the decision time, from `compute_decision_time`.
 
     Examples
     --------
@@ -222,7 +222,7 @@ def plot_fundamental(
     single: pd.DataFrame | None = None,
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw flow (or speed) over density, from `compute_fundamental` with its groups; single runs are points.
+    """Draw flow or speed over density from `compute_fundamental`; each run is a point.
 
     Examples
     --------

@@ -19,7 +19,7 @@ _BARE = "#0072B2"
 
 
 def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str = c.GATE) -> Chart:
-    """Draw the road network, each edge broad and strong where its figure is great: one map per series.
+    """Draw a map of the road network for each series; edges with greater figures are drawn wider.
 
     Where there is no figure the edge is thin, dashed and blue.
 

@@ -14,7 +14,7 @@ _VEHICLES = "vehicles"
 
 
 def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
-    """Draw the vehicle counts at which throughput peaks, with their intervals, from `compute_capacity`.
+    """Draw the number of vehicles with the greatest throughput, from `compute_capacity`.
 
     Examples
     --------
@@ -49,7 +49,7 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
 
 
 def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
-    """Draw Kaplan-Meier curves with their bands, from `compute_survival`, one panel per vehicle count.
+    """Draw Kaplan-Meier curves from `compute_survival`, one panel for each number of vehicles.
 
     Examples
     --------

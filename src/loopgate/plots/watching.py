@@ -16,7 +16,7 @@ _SERIES = "series"
 def plot_unwatched(
     streets: pd.DataFrame, value: str = run.WORST_IDLENESS, *, label: str = "longest time unseen [s]"
 ) -> Chart:
-    """Draw the map of a district: long unseen streets are strong, never seen streets dashed.
+    """Draw a map of streets by idleness: darker if idle longer, dashed if never visited.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def plot_unwatched(
 
 
 def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None = None) -> Chart:
-    """Draw the share of the streets seen within a time: at a random moment, and always.
+    """Draw the share of streets visited within a time: at a random moment, and always.
 
     Parameters
     ----------

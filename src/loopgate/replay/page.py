@@ -26,7 +26,7 @@ _FRAME_PX = 640
 
 @dataclass(frozen=True, slots=True)
 class Replay:
-    """A replay as a page.
+    """A replay of a run as an HTML page, which a notebook shows.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class Replay:
     html: str = field(repr=False)
 
     def write(self, file: Path | str) -> Path:
-        """Write the page; return where it is.
+        """Write the page to a file; return the file's path.
 
         Raises `ResultsError` if it cannot be written.
         """

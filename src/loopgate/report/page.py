@@ -40,7 +40,7 @@ _PNG_SCALE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class ReportFiles:
-    """The files of a report."""
+    """The paths of the files that make up a report."""
 
     page: Path
     files: Path | None
@@ -56,7 +56,7 @@ def write_report(
     files: Path | str | None = None,
     report: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> ReportFiles:
-    """Write the report on `results`.
+    """Write an HTML report on results, with its figures and tables as files beside it.
 
     Raises `ResultsError` if a file cannot be written, `page` is no name of one, or the results hold what no
     run has.

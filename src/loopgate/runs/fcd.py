@@ -19,7 +19,7 @@ def read_fcd(
     deadlock_after_s: float = 60.0,
     overwrite: bool = False,
 ) -> Run:
-    """Read the FCD output of any SUMO simulation as a run.
+    """Read the floating-car data (FCD) output of any SUMO simulation as a run.
 
     The run has figures, the idleness of each street, deadlocks, and positions for the replay. Collisions and
     teleports are not in FCD output.

@@ -29,7 +29,7 @@ _ORDER = (c.NETWORK, c.GATE, c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS, c.VEHICLES,
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """Many runs.
+    """The results of many runs, as tables.
 
     Examples
     --------
@@ -62,11 +62,11 @@ class Results:
 
     @property
     def name(self) -> str:
-        """Name of the sweep, or of the folders."""
+        """The name of the sweep, or the names of the folders that were read."""
         return str(self.manifest.get("name") or ", ".join(folder.name for folder in self.folders))
 
     def read_flow(self, runs: pd.DataFrame) -> pd.DataFrame:
-        """Return the measurements over time of the `runs` that have a folder.
+        """Read the measurements over time of all `runs` that still have a run folder.
 
         Columns: `FLOW_COLUMNS`, and of `runs` the columns `KEY` and `SERIES`.
         """
@@ -80,7 +80,7 @@ class Results:
 
 
 def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
-    """Load the results of a sweep, also while it runs; or a run folder, or a folder of run folders.
+    """Read the results of a sweep (complete or not), a run folder, or a folder of run folders.
 
     Several folders become one table. A run that is in more than one of them, made by the same code, counts
     once; where different codes made it, a column `FOLDER` says which row is from where.

@@ -33,7 +33,7 @@ from loopgate.results.table_reading import STRANGE, maker, read_table
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Run:
-    """One run; a notebook shows it as a table with its figures.
+    """The results of one run; a notebook shows a table and figures.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ class Run:
 
     @property
     def figures(self) -> dict[str, Chart]:
-        """The charts of one run: over time, lap times, standing, unwatched roads.
+        """The charts of the run by name: over time, lap times, standing, unwatched streets.
 
         Figures without anything to show are left out. Raises `ResultsError` if summary and tables hold what
         no run has.
@@ -133,7 +133,7 @@ class Run:
         return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
 
     def replay(self, beside: Run | None = None) -> Replay:
-        """Return the replay of the run, alone or `beside` another run; a notebook shows it.
+        """Return a replay of the run, alone or side by side with another run; a notebook shows it.
 
         Raises `ResultsError` if nothing was kept of a run, or it has neither loops nor positions.
         """
@@ -141,7 +141,7 @@ class Run:
         return make_replay(*map(_kept, runs))
 
     def export(self, out: Path | str) -> list[Path]:
-        """Write the run for maps, satellite receivers and spreadsheets; return the files.
+        """Write the run as files for maps (GeoJSON, GPX, KML) and spreadsheets (CSV); return their paths.
 
         GeoJSON of streets, loops and places, GPX and KML of each loop with its turns, CSV of each vehicle's
         day; see `loopgate.export.export_run`.
@@ -151,7 +151,7 @@ class Run:
         return export_run(_kept(self), out)
 
     def geo(self, layer: str = "streets") -> Any:  # noqa: ANN401 - geopandas need not be there
-        """Return a layer of the run as a GeoPandas frame: ``streets``, ``loops`` or ``places``.
+        """Return a map layer of the run as a GeoPandas frame: ``streets``, ``loops`` or ``places``.
 
         Raises `ResultsError` if geopandas is not installed, and as `export`.
         """
@@ -185,7 +185,7 @@ def _kept(one: Run) -> Path:
 
 
 def read_run(folder: Path | str) -> Run:
-    """Load a run folder.
+    """Read a run folder.
 
     Raises `ResultsError` if a file of it is missing, cannot be read, or lacks a column.
 

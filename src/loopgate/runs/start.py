@@ -25,7 +25,7 @@ def run(
     backend: str = "libsumo",
     overwrite: bool = False,
 ) -> Run:
-    """Run a scenario.
+    """Simulate a scenario in SUMO, and return its results.
 
     Raises `LoopgateError` if the scenario does not fit together, SUMO refuses it, or the disk is full; the
     text says which part.

@@ -43,7 +43,7 @@ _LARGEST_SEED = 2**31 - 1  # SUMO's
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scenario:
-    """Everything that determines a run. The same scenario and versions give the same events.
+    """All settings of a run. The same scenario and software versions give the same events.
 
     The annotation of each field gives its values. Any other value is refused, from a file, the command line
     or Python. So is a gate or negotiation that is not installed or has no such option.
@@ -268,17 +268,17 @@ class Scenario:
 
     @property
     def by_messages(self) -> AirSettings | None:
-        """How messages come by which vehicles decide; None if one program decides."""
+        """The radio settings if vehicles decide by messages; None if one program decides."""
         return read_decide(self.decide)
 
     @property
     def stop_files(self) -> tuple[Path, ...]:
-        """The files of `stops`."""
+        """The paths of the additional files with stopping places (key `stops`), one by one."""
         return tuple(Path(name.strip()) for name in self.stops.split(",") if name.strip())
 
     @property
     def gated(self) -> bool:
-        """Whether a gate rules, and not SUMO's right of way."""
+        """Whether a gate admits moves; False if only SUMO's right of way rules."""
         return self.gate != "open"
 
     @property
@@ -288,32 +288,32 @@ class Scenario:
 
     @property
     def rule_for_gated(self) -> str:
-        """The gated vehicles among trips: ``all``, ``loops``, a type or a file."""
+        """The choice of gated vehicles among trips: ``all``, ``loops``, a vehicle type or a file."""
         return self.who or "all"
 
     @property
     def rule_for_spacing(self) -> str:
-        """The means by which vehicles on a loop are evenly spaced: ``none``, ``hold`` or ``advice``."""
+        """The method that spaces the vehicles of a loop evenly: ``none``, ``hold`` or ``advice``."""
         return self.spacing or ("hold" if self.gated and self.revisit_s else "none")
 
     @property
     def counts_vehicles(self) -> bool:
-        """Whether the scenario, and not the route file, gives the number or the types of vehicles."""
+        """Whether the scenario, not the route file, sets the number or types of vehicles."""
         return bool(self.vehicles or self.vehicles_per_km or self.on_loops or self.types)
 
     @property
     def rule_for_starts(self) -> str:
-        """Where vehicles start on their loops: ``random`` or ``even``."""
+        """The start positions of vehicles on their loops: ``random`` or ``even``."""
         return self.starts or ("even" if self.vehicles_per_km or self.on_loops else "random")
 
     @property
     def rule_for_negotiation(self) -> str:
-        """Name of the negotiation, which orders the requests of a moment, with options behind a colon."""
+        """The name of the negotiation, which orders simultaneous requests, with its options."""
         return self.negotiation or ("oldest" if self.abstraction == "segments" else "pressure")
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, source: str = "scenario") -> Scenario:
-        """Make a scenario from names and values; ``duration`` and the like may leave out their unit.
+        """Make a scenario from a mapping; keys may leave out their unit, as in ``duration``.
 
         Raises
         ------
@@ -349,7 +349,7 @@ class Scenario:
             raise ScenarioError(msg) from error
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the scenario as names and plain values."""
+        """Return the scenario as a mapping of names to plain values."""
         data = dataclasses.asdict(self)
         data["loop_length_m"] = list(self.loop_length_m)
         return data
@@ -363,11 +363,11 @@ class Scenario:
         return f"Scenario({', '.join(given)})"
 
     def write(self, file: Path) -> None:
-        """Write the scenario as a TOML file that `read_scenario` reads back."""
+        """Write the scenario as a TOML file, which `read_scenario` can read."""
         file.write_text(tomli_w.dumps(self.to_dict()), encoding="utf-8")
 
     def command(self, out: str) -> str:
-        """Return the shell command that repeats the run into folder `out`; names in it are quoted."""
+        """Return the shell command that repeats the run into folder `out`."""
         default = Scenario(network=self.network)
         network = f"./{self.network}" if self.network.startswith("-") else self.network
         words = ["loopgate", "run", network]
@@ -424,7 +424,7 @@ _OPTION = {
 
 
 def read_scenario(file: Path | str) -> Scenario:
-    """Read a ``scenario.toml``; the paths in it are relative to its folder.
+    """Read a scenario from a TOML file; paths in the file are relative to its folder.
 
     Raises
     ------

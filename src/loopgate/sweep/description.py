@@ -55,7 +55,7 @@ _MOST_RUNS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One run of a sweep."""
+    """One run of a sweep, described by its scenario and its values on the axes."""
 
     key: str
     """Hash of the scenario and of the content of the files it names, not of where they are."""
@@ -69,7 +69,7 @@ class Point:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A base scenario and the axes along which it varies.
+    """A set of runs: a base scenario, and the axes along which it varies.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class Sweep:
         return f"<Sweep {self.name}: {axes}>"
 
     def points(self) -> list[Point]:
-        """Return the runs in the order of the grid, then of the includes; equal runs once.
+        """Return all runs of the sweep in order: the grid, then the includes. Equal runs appear once.
 
         Raises `SweepError` if there are none or more than a hundred thousand, a file is missing, a value is
         no number that is finite, or an exclude names an axis that the grid has not.
@@ -187,7 +187,7 @@ def with_files(scenario: Mapping[str, Any], places: Mapping[str, str | Path]) ->
 
 
 def read_sweep(file: Path | str) -> Sweep:
-    """Read a sweep file.
+    """Read the description of a sweep from a TOML file.
 
     Raises `SweepError` if it cannot be read, is no TOML, or has unknown keys or values (a name that is none
     of a folder, a range of more than a hundred thousand numbers); the text names file and key.

@@ -39,7 +39,7 @@ _TRIES = 2  # a worker that dies takes its run with it; the second time it is th
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """The progress of a sweep."""
+    """The progress of a sweep: runs done, failed and left."""
 
     total: int
     """Runs of the sweep."""
@@ -55,7 +55,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class SweepOutcome(Progress):
-    """The outcome of a sweep, in its folder."""
+    """The outcome of a sweep: runs made, failed and reused, and the results folder."""
 
     folder: Path
 
@@ -73,7 +73,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     window: int | None = None,
     report: Callable[[Progress], None] = lambda _: None,
 ) -> SweepOutcome:
-    """Run every point of the sweep that has no row in `folder` yet.
+    """Run all scenarios of a sweep that have no row in the results folder yet.
 
     It may be ended at any moment, by any means; the same call goes on where it stopped, without losing a
     finished row or making one twice.

@@ -34,7 +34,7 @@ class TimeLimitError(LoopgateError):
 
 
 class LocalExecutor(Executor):
-    """Runs calls in `workers` spawned processes, one call at a time in each.
+    """An executor that runs calls in `workers` separate processes, one call at a time in each.
 
     Unlike `concurrent.futures.ProcessPoolExecutor`, the death of a worker fails the call it was working on
     and no other; the next call gets a new process. Workers end when this process does, however it ends.
@@ -65,7 +65,7 @@ class LocalExecutor(Executor):
             lane.start()
 
     def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Queue a call; function, arguments and result must be picklable.
+        """Queue a function call; the function, its arguments and its result must be picklable.
 
         Raises `RuntimeError` after `shutdown`.
         """
@@ -77,7 +77,7 @@ class LocalExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002
-        """End the workers: after the calls in hand, or at once with `cancel_futures`."""
+        """Stop the worker processes: after the running calls, or at once with `cancel_futures`."""
         if cancel_futures:
             self._stop.set()
             while True:

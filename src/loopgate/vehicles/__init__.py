@@ -1,1 +1,1 @@
-"""The chain rule among vehicles and posts at the road: messages, who says what to whom, and when."""
+"""The chain rule decided by messages: vehicles ask posts at the road for slots, without a central program."""

@@ -1,4 +1,4 @@
-"""The air: how far, how surely and how soon messages come; and those that are under way."""
+"""Simulated radio: range, loss and delay of messages, and the messages under way."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ _LONGEST_S, _FARTHEST_M, _FARTHEST_S = 60.0, 1e6, 1e6
 
 @dataclass(frozen=True, slots=True)
 class AirSettings:
-    """How far, how surely and how soon messages come.
+    """Range, loss and delay of radio messages.
 
     Attributes
     ----------
     range_m
-        How far one is heard [m].
+        Range of a transmission [m].
     loss
-        The share of transmissions that are not heard, from 0 to below 1.
+        Share of transmissions that are lost, from 0 to below 1.
     delay_s
-        How long one takes in the mean [s]: from half of it to half as much again, by lot.
+        Mean time that a transmission takes [s]; each takes from half to one and a half of it, at random.
     cut_at_s, cut_s
-        When the network is cut in two, and for how long [s].
+        Time at which the network is cut in two, and duration of the cut [s].
     processes
         Whether the controllers of vehicles are processes of their own.
     kill, kill_at_s, again_s
-        How many of these are killed, and when; after what time one that is gone is started again [s].
+        Number of controller processes to kill, time of the kill [s], and time until a restart [s].
     """
 
     range_m: float = 150.0
@@ -64,7 +64,7 @@ _OF_PROCESSES = {
 
 
 def read_decide(spec: str) -> AirSettings | None:
-    """Return the settings of ``vehicles:range=150,loss=0.1,delay=0.2``; None for ``central``.
+    """Return the radio settings of a text like ``vehicles:range=150,loss=0.1``; None for ``central``.
 
     ``processes`` has the same options, and some of its own.
 
@@ -106,23 +106,23 @@ def read_decide(spec: str) -> AirSettings | None:
 
 
 class Air(Generic[M]):
-    """Messages under way.
+    """Simulated radio: the messages under way.
 
     Parameters
     ----------
     settings
-        How far, how surely and how soon they come.
+        Range, loss and delay.
     rng
-        Draws which are lost, and how long each takes.
+        Source of randomness for losses and delays.
 
     Attributes
     ----------
     transmissions
-        How many were sent, stretch by stretch.
+        Number of transmissions, counted for each stretch.
     lost, beyond
-        How many of them were not heard by lot, and because it was too far.
+        Number of transmissions lost at random, and of transmissions over a stretch longer than the range.
     longest_m
-        The longest stretch on which one was heard [m].
+        The longest stretch over which a message was heard [m].
     """
 
     def __init__(self, settings: AirSettings, rng: Random) -> None:
@@ -134,11 +134,11 @@ class Air(Generic[M]):
         self._sent = 0
 
     def send(self, now_s: float, message: M, stretches_m: Sequence[float]) -> None:
-        """Send a message over one stretch after the other; it comes, if it is heard at the end of each."""
+        """Send a message over several radio stretches; it arrives unless one of them loses it."""
         self.send_together(now_s, [(message, stretches_m)])
 
     def send_together(self, now_s: float, messages: Sequence[tuple[M, Sequence[float]]]) -> None:
-        """Send messages in one transmission, to ends that are joined by wire: what one hears, all know."""
+        """Send messages in one transmission to receivers joined by wire: if one hears it, all get it."""
         comes_s = [self._comes_s(now_s, stretches_m) for _, stretches_m in messages]
         heard_s = [at_s for at_s in comes_s if at_s is not None]
         if heard_s:
@@ -161,12 +161,12 @@ class Air(Generic[M]):
         return at_s
 
     def wake(self, at_s: float, message: M) -> None:
-        """Let something come at a time, without the air."""
+        """Schedule a wake-up call at a time, without the radio."""
         self._sent += 1
         heapq.heappush(self._under_way, (at_s, self._sent, message))
 
     def next(self, until_s: float) -> tuple[float, M] | None:
-        """Return when the next message comes, and it; None if none does until then."""
+        """Return the arrival time of the next message, and the message; None if none arrives by then."""
         if not self._under_way or self._under_way[0][0] > until_s:
             return None
         at_s, _, message = heapq.heappop(self._under_way)

@@ -1,4 +1,4 @@
-"""The controller aboard a vehicle: what sensors and posts tell it, and what it says and does then."""
+"""The controller aboard a vehicle: it takes sensor readings and messages of posts, and answers both."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ __all__ = ["Answer", "Controller"]
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a controller does with what it is told.
+    """A controller's reaction to a message or a sensor reading.
 
     Attributes
     ----------
     say
-        Messages that it sends.
+        Messages to send.
     holds
-        Whether it holds a grant now, and waits for the word of its sensors that the crossing is free.
+        Whether the vehicle now has a grant, and needs to know from its sensors whether the crossing is free.
     goes
-        Whether it lets the motor go on over the crossing, to the end of the next place.
+        Whether the vehicle may drive over the crossing, to the end of the next place.
     gives_back
-        Whether it gives a grant back.
+        Whether the vehicle returns its grant.
     refused
-        Whether it takes a refusal for the answer to what it asked last.
+        Whether the message refused the vehicle's last request.
     """
 
     say: tuple[Message, ...] = ()
@@ -38,14 +38,14 @@ class Answer:
 
 
 class Controller:
-    """The controller of one vehicle.
+    """The controller of one vehicle that decides by messages.
 
     Parameters
     ----------
     vehicle
-        What it knows at the beginning.
+        The vehicle's knowledge at the start.
     crowded
-        The share of slots taken from which on it leaves room for others; above 1 it never does.
+        Share of taken slots in the next place from which the vehicle leaves room for others; above 1: never.
 
     Examples
     --------
@@ -67,25 +67,25 @@ class Controller:
     def at_line(
         self, stamp: Stamp, now_s: float, shares: tuple[float, float] = (0.0, 0.0), *, free: bool
     ) -> Answer:
-        """Ask, or say that it waits, or leave room for others: it is first in line, and near the line.
+        """React to the vehicle being first in line and near its stop line: ask for the next place, or wait.
 
         Parameters
         ----------
         stamp
-            Since when it wants on, and its number.
+            The time of its first request for the next place [s], and the number of the vehicle.
         now_s
-            By its own clock [s].
+            Time by the vehicle's clock [s].
         shares
-            Of the slots taken in the place that it wants, and in its own, as it heard posts say last.
+            Share of taken slots in the next place and in its own place, by the last messages of the posts.
         free
-            Whether its crossing is free, as it sees it.
+            Whether the vehicle sees its crossing free.
         """
         if free and cars.leaves_room(*shares, now_s - stamp[0], self._crowded):
             return Answer()
         return Answer((cars.ask(self.vehicle, stamp, now_s, free=free),))
 
     def hear(self, message: ToVehicle) -> Answer:
-        """Take in what a post says."""
+        """React to a message of a post."""
         car = self.vehicle
         if isinstance(message, Room):
             self.vehicle = cars.heard(car, message)
@@ -100,7 +100,7 @@ class Controller:
         return Answer()
 
     def crossing(self, now_s: float, *, free: bool) -> Answer:
-        """Go by the grant that it holds, if that lasts and the crossing is still free; else give it back."""
+        """Use the grant if its lease lasts and the crossing is free; else give the grant back."""
         grant, self._grant = self._grant, None
         if grant is None or not cars.awaits(self.vehicle, grant):
             return Answer()
@@ -112,36 +112,36 @@ class Controller:
         return Answer(tuple(out), goes=free, gives_back=not free)
 
     def rear_out(self) -> Answer:
-        """Say that the rear has left the first of the places that it is still in."""
+        """Report that the vehicle's rear has left the first of the places that it still touches."""
         if not self.vehicle.rears:
             return Answer()
         self.vehicle, out = cars.rear_out(self.vehicle)
         return Answer(tuple(out))
 
     def remind(self) -> Answer:
-        """Say again what no post has answered."""
+        """Repeat the messages that no post has answered."""
         return Answer(tuple(cars.repeat(self.vehicle)))
 
     @classmethod
     def start(
         cls, number: int, loop: Sequence[int], at: int, rears: Sequence[int], clock: int, crowded: float = 2.0
     ) -> Controller:
-        """Return the controller of a vehicle that begins, or that has lost its memory, at this clock.
+        """Make the controller of a vehicle that starts, or that restarts without its memory.
 
-        Its numbers go on from the clock, which is ahead of all that it has used: it goes less than a thousand
-        times a second. See `cars.begin_anew`.
+        A restarted vehicle numbers its requests from the clock. So its numbers are larger than all before: it
+        makes fewer than a thousand moves a second.
 
         Parameters
         ----------
         number
-            Of the vehicle.
+            Number of the vehicle.
         loop, at, rears
-            Its loop as places, the position of its place there, and the places behind that its body is
-            still in, as its odometer says.
+            The places of its loop, the index of its place, and the places behind in which its rear still is,
+            by its odometer.
         clock
-            In milliseconds.
+            Time by the vehicle's clock [ms]; 0 for a vehicle that starts for the first time.
         crowded
-            As above.
+            As for `Controller`.
         """
         car = Vehicle(number, tuple(loop), at)
         return cls(cars.begin_anew(car, rears, clock) if clock else car, crowded)

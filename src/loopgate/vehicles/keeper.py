@@ -1,8 +1,8 @@
-"""A keeper: it leases a crossing to vehicles, one way at a time. Pure: a message comes, messages go.
+"""The keeper of a crossing: it leases ways over the crossing to vehicles, by pure functions on messages.
 
-It is joined by wire to the posts of the places that begin at its crossing, so that slot and crossing are one
-ask and one grant. A lease lasts from the grant until the vehicle says that it goes, gives the grant back, or
-until its time is over: from then on others see the vehicle, or it does not go. See docs/vehicles.md.
+The keeper is joined by wire to the posts of the places that begin at its crossing. So a vehicle asks for slot
+and crossing in one message. A lease ends when the vehicle says that it goes, when it returns the grant, or
+when the time is over. By then other vehicles see the vehicle, or it does not set out. See docs/vehicles.md.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ VOID_S = -1.0
 
 @dataclass(frozen=True, slots=True)
 class Lease:
-    """A way that is a vehicle's: under its number, until then by its own clock and by the keeper's [s]."""
+    """The right of a vehicle to set out on one way over the crossing, for a limited time."""
 
     vehicle: int
     number: int
@@ -55,10 +55,10 @@ class Lease:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """The last ask of a vehicle, and when it came [s].
+    """The last request of a vehicle for a way over the crossing, and its time of arrival [s].
 
-    `lacks_way` is whether all it lacked was its way, `waits` whether it keeps something from younger ones,
-    `held` whether it has no answer until a lease ends.
+    `lacks_way`: whether only the way over the crossing was missing. `waits`: whether the keeper reserves
+    something for the vehicle. `held`: whether the request gets no answer until a lease ends.
     """
 
     ask: Ask
@@ -69,24 +69,24 @@ class Claim:
 
     @property
     def way(self) -> Way:
-        """The way that it wants."""
+        """The way over the crossing that the vehicle requests."""
         return self.ask.here, self.ask.place
 
 
 @dataclass(frozen=True, slots=True)
 class Keeper:
-    """The books of a crossing.
+    """The keeper of one crossing: which ways conflict, and which vehicle has a lease of which way.
 
     Attributes
     ----------
     conflicts
-        Pairs of ways that no two vehicles may take at a time, both ways round.
+        Pairs of conflicting ways, in both orders.
     lease_s
-        How long a lease lasts [s]: longer than an answer takes.
+        Duration of a lease [s]; longer than an answer takes.
     leases
-        Those that have not ended.
+        Leases that have not ended.
     claims
-        The last ask of each vehicle that has asked and not gone.
+        The last request of each vehicle that has asked and has not gone.
 
     Examples
     --------
@@ -109,14 +109,14 @@ Answer = tuple[Keeper, Post, list[Message]]
 
 
 def receive(keeper: Keeper, post: Post, message: ToPost, now_s: float) -> Answer:
-    """Return keeper and post after a message to the post, and what they say.
+    """Return the keeper and a post after a message to the post, and their messages in answer.
 
     Parameters
     ----------
     post
-        Of the place that the message is for, which begins at the crossing.
+        The post that receives the message; its place begins at the crossing.
     now_s
-        By the clock of the keeper, which runs as fast as those of vehicles [s].
+        Time by the keeper's clock [s], which runs as fast as the vehicles' clocks.
     """
     keeper, again = _ended(keeper, message, now_s)
     if not isinstance(message, Ask):
@@ -142,13 +142,13 @@ def _asked(keeper: Keeper, post: Post, message: Ask, now_s: float) -> Answer:
 
 
 def expire(keeper: Keeper, post: Post) -> Answer:
-    """Return both after the post has waited long enough for a probe, or for the vehicle with its offer."""
+    """Return keeper and post after the post has waited in vain for a probe's answer or an offered vehicle."""
     after, out = posts.expire(post)
     return _noted(keeper, out), after, out
 
 
 def lapse(keeper: Keeper, ends: Callable[[Lease], bool]) -> Keeper:
-    """Return the keeper without the leases that end."""
+    """Return the keeper without the leases for which `ends` is true."""
     return replace(keeper, leases=tuple(one for one in keeper.leases if not ends(one)))
 
 

@@ -1,7 +1,7 @@
-"""Messages between vehicles and the posts that keep the books of places. Places and vehicles are numbers.
+"""Messages between vehicles and the posts of places. Places and vehicles are numbers.
 
-A vehicle numbers its wishes: each grant that it uses or gives back takes one number. So a message that comes
-late is known for what it is.
+A vehicle numbers its requests: each grant that it uses or gives back takes one number. So posts recognize
+late messages.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ Stamp = tuple[float, int]
 
 
 class Why(StrEnum):
-    """Why a post refuses."""
+    """The reason for which a post refuses a request."""
 
     FULL = "full"
     """No slot is free, or the last one is kept for another vehicle."""
@@ -34,10 +34,10 @@ class Why(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """Vehicle to the post of the place that it wants: let me in. It stands `here`, and wants `then` next.
+    """A vehicle asks a post for a slot of its place; the vehicle is in place `here`, and next wants `then`.
 
-    `sent_s` is when it says so, by its own clock [s]; `free` is whether it sees its crossing free: if not, it
-    only says that it waits.
+    `sent_s` is the time of the message by the vehicle's clock [s]. `free` is whether the vehicle sees its
+    crossing free; if not, the message only says that the vehicle waits.
     """
 
     place: int
@@ -52,10 +52,10 @@ class Ask:
 
 @dataclass(frozen=True, slots=True)
 class Grant:
-    """Post to vehicle: you have a slot here, and the crossing until `until_s` of your clock.
+    """A post grants a vehicle a slot of its place, and the crossing until `until_s` by the vehicle's clock.
 
-    None is for ever: where no keeper leases the crossing. `there` is how many are in the place
-    now: all around hear it.
+    `until_s` is None where no keeper leases the crossing. `there` is the number of vehicles in the place now;
+    all vehicles in reach hear it.
     """
 
     vehicle: int
@@ -67,7 +67,7 @@ class Grant:
 
 @dataclass(frozen=True, slots=True)
 class Refuse:
-    """Post to vehicle: not now."""
+    """A post refuses a vehicle's request for now."""
 
     vehicle: int
     number: int
@@ -77,7 +77,7 @@ class Refuse:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """Post to vehicle: the last slot of my place is kept for you; ask for it."""
+    """A post keeps the last slot of its place for a vehicle, and invites the vehicle to ask for it."""
 
     vehicle: int
     place: int
@@ -85,7 +85,7 @@ class Offer:
 
 @dataclass(frozen=True, slots=True)
 class Goes:
-    """Vehicle to the post that let it in: I use the grant, and am last in your line."""
+    """A vehicle tells the post of the next place that it uses its grant, and is last in line there."""
 
     place: int
     vehicle: int
@@ -94,7 +94,7 @@ class Goes:
 
 @dataclass(frozen=True, slots=True)
 class Moved:
-    """Vehicle to the post of the place before: I am out of your line; my rear is still with you."""
+    """A vehicle tells the post of the place behind that it has left the line; its rear is still there."""
 
     place: int
     vehicle: int
@@ -103,7 +103,7 @@ class Moved:
 
 @dataclass(frozen=True, slots=True)
 class Left:
-    """Vehicle to post: nothing of me is with you, in line or on the road; said until the post says `Room`."""
+    """A vehicle tells a post that no part of it is in the place; repeated until the post answers `Room`."""
 
     place: int
     vehicle: int
@@ -112,7 +112,7 @@ class Left:
 
 @dataclass(frozen=True, slots=True)
 class Here:
-    """Vehicle that has begun anew to the post of its place: I am with you once; said until it answers."""
+    """A restarted vehicle tells the post of its place that it is in line there; repeated until answered."""
 
     place: int
     vehicle: int
@@ -121,7 +121,7 @@ class Here:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Post to all around, in answer to `Left` or `Here`: a slot is free, and so many are in the place."""
+    """A post tells all vehicles in reach that a slot is free, and how many vehicles its place has."""
 
     vehicle: int
     number: int
@@ -131,10 +131,10 @@ class Room:
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """Post to post, along the heads of full places: whether the last slot of `origin` closes a circle.
+    """A question from post to post along full places: whether the last slot of `origin` would close a circle.
 
-    `here` is the place of the vehicle that asks for it, `path` are the places that the probe has passed,
-    `head` the first vehicle of the last of them, which wants `place`.
+    `here` is the place of the vehicle that asks for the slot. `path` has the places that the probe has
+    passed. `head` is the first vehicle of the last place in `path`; it wants `place`.
     """
 
     place: int
@@ -148,7 +148,7 @@ class Probe:
 
 @dataclass(frozen=True, slots=True)
 class Clear:
-    """Post to the post that sent a probe: it ends here, where there is room. `path` is the way back."""
+    """The answer to a probe that reached a place with a free slot: no circle. It goes back along `path`."""
 
     place: int
     number: int
@@ -157,7 +157,7 @@ class Clear:
 
 @dataclass(frozen=True, slots=True)
 class Changed:
-    """Post to the post that sent a probe: it goes round, and not through you. `path` is the way back."""
+    """The answer to a probe when a place of its `path` now leads elsewhere; it goes back along `path`."""
 
     place: int
     number: int

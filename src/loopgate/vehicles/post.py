@@ -1,8 +1,8 @@
-"""A post: it keeps the books of one place, and lets vehicles in. Pure: a message comes, messages go.
+"""The post of a place: it counts the vehicles in the place and grants slots, by pure functions on messages.
 
-It knows the slots of its place, who is in line there and wants what next, and whose rear is still inside.
-The last slot it keeps for one vehicle at a time, until the probe that it sends along heads of full places has
-come to a place with room. See docs/vehicles.md.
+It knows the slots of its place, the vehicles in line and the next place of each, and the vehicles whose rear
+is still inside. It reserves the last slot for one vehicle at a time, until its probe, passed along the heads
+of full places, has reached a place with a free slot. See docs/vehicles.md.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from loopgate.vehicles.messages import (
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """A vehicle in line: its number there, and the place that it wants next."""
+    """A vehicle in the line of a place: its number, and the place that it wants next."""
 
     vehicle: int
     number: int
@@ -40,7 +40,7 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """The last slot, kept for a vehicle that stands `here`; `entry` is none where it is only offered."""
+    """The last slot of a place, reserved for a vehicle in place `here`; no `entry` if it is only offered."""
 
     vehicle: int
     here: int
@@ -51,27 +51,26 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Post:
-    """The books of a place.
+    """The post of one place: the vehicles in line, the slots taken, and the slot reserved.
 
     Attributes
     ----------
     place, slots
-        Its number, and how many vehicles it holds: two at least.
+        Number of the place, and number of its slots: at least two.
     line
-        Who is let in and has not moved on, first in line first.
+        Vehicles with a grant that have not moved on, the first in line first.
     known
-        Whether the last in line has said that it uses its grant.
+        Whether the last vehicle in line has said that it uses its grant.
     rears
-        Vehicles, with their numbers, that have moved on and are not out yet.
+        Vehicles that have moved on, and whose rear is still inside, with their numbers.
     kept
-        The last slot, while it is kept.
+        The last slot, while it is reserved.
     waiting
-        An ask that waits until `known` is so.
+        A request that waits until `known` is true.
     probes
-        How many probes it has sent.
+        Number of probes sent.
     gone
-        Vehicles that were here, with the last number of each under which it left: what they said before may
-        still come.
+        Vehicles that have left, each with its last number; older messages of theirs may still arrive.
 
     Examples
     --------
@@ -94,12 +93,12 @@ class Post:
 
     @property
     def full(self) -> bool:
-        """Whether the chain of heads goes on here: a slot that is kept counts as taken."""
+        """Whether no slot is free; a reserved slot counts as taken."""
         return len(self.line) + (self.kept is not None) >= self.slots
 
     @property
     def head(self) -> Entry | None:
-        """The first in line."""
+        """The first vehicle in line."""
         return self.line[0] if self.line else None
 
 
@@ -107,7 +106,7 @@ Answer = tuple[Post, list[Message]]
 
 
 def receive(post: Post, message: ToPost) -> Answer:
-    """Return the post after a message, and what it says."""
+    """Return the post after a message, and its messages in answer."""
     answer: Answer = post, []
     match message:
         case Ask():
@@ -136,12 +135,12 @@ def receive(post: Post, message: ToPost) -> Answer:
 
 
 def expire(post: Post) -> Answer:
-    """Return the post after it has waited long enough for a probe, or for the vehicle with its offer."""
+    """Return the post after it has waited in vain for a probe's answer or an offered vehicle."""
     return _drop(post, Why.LATE)
 
 
 def inquire(post: Post) -> list[Message]:
-    """Return what it says again to a vehicle of which it does not know whether it uses its grant."""
+    """Return the grant repeated to a vehicle that has not said whether it uses the grant."""
     if post.known or not post.line:
         return []
     return [Grant(post.line[-1].vehicle, post.line[-1].number, post.place)]

@@ -1,4 +1,4 @@
-"""A controller as a process: it speaks UDP with the bridge that stands for sensors, motor, radio and clock.
+"""A vehicle's controller as a process, which exchanges UDP datagrams with the simulation.
 
 A thin shell around `Controller`. What goes over the wire is in ``wire.schema.json``.
 """
@@ -21,15 +21,15 @@ _HELLO_S, _IDLE_S = 0.5, 10.0
 
 
 def serve(host: str, port: int, number: int) -> None:
-    """Be the controller of a vehicle until the bridge ends it.
+    """Run the controller of one vehicle until the simulation ends it.
 
-    What is no datagram of the schema is not answered: the bridge takes the vehicle for silent, and it stands
-    at its line.
+    Datagrams that do not keep to the schema get no answer. The simulation then takes the vehicle for silent,
+    and the vehicle stands at its stop line.
 
     Raises
     ------
     OSError
-        If nobody is at that address.
+        If no simulation listens at the address.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
         wire.connect((host, port))  # nobody else is heard

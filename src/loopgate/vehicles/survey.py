@@ -1,8 +1,8 @@
-"""Algorithm 2 of Zhou et al. 2020 on segments: words between vehicles and monitors, and what a monitor does.
+"""Algorithm 2 of Zhou et al. 2020 by messages: the monitor of each shared segment answers vehicles.
 
-A monitor keeps the books of one shared segment (Section 3.1 of the paper). A vehicle that wants on asks it
-for the segment, and looks at all segments by which others may come round to it: what it has looked at stays
-as it is until it has decided. Pure: a message comes, messages go. See docs/vehicles.md.
+A monitor counts the vehicles in one shared segment (Section 3.1 of the paper). A vehicle asks the monitor of
+its next segment, and reads all segments over which other vehicles could close a circuit. Monitors keep these
+segments unchanged until the vehicle has decided. Pure functions on messages. See docs/vehicles.md.
 """
 
 from __future__ import annotations
@@ -19,37 +19,37 @@ SEEN_S = 0.5
 
 
 class Role(StrEnum):
-    """What a vehicle wants of a segment."""
+    """The use that a vehicle has for a segment: pass a message on, leave, enter, or read."""
 
     OVER = "over"
-    """That the message goes on over it."""
+    """The monitor only passes the message on."""
     LEAVE = "leave"
-    """To leave it."""
+    """The vehicle wants to leave the segment."""
     TAKE = "take"
-    """To have it."""
+    """The vehicle wants to enter the segment."""
     READ = "read"
-    """To know who is there, and that nobody comes or goes while it decides."""
+    """The vehicle reads which vehicle is there; none enters or leaves until the vehicle has decided."""
 
 
 class Cause(StrEnum):
-    """Why a monitor refuses."""
+    """The reason for which a monitor refuses."""
 
     FULL = "full"
-    """Another vehicle is in the segment, or its rear."""
+    """Another vehicle, or its rear, is in the segment."""
     BUSY = "busy"
-    """Another vehicle decides, and has looked at the segment, or wants to come or go there."""
+    """Another vehicle that has read the segment, or wants to enter or leave it, still decides."""
 
 
 @dataclass(frozen=True, slots=True)
 class Stand:
-    """A vehicle in a segment.
+    """A vehicle's presence in a segment of its loop.
 
     Attributes
     ----------
     vehicle, number
-        Its number, and that of the move by which it came.
+        Number of the vehicle, and number of the move by which it came.
     loop, shared, at
-        Its loop as segments, which of them others visit too, and the position of this one.
+        The segments of its loop, whether each is shared, and the index of this segment.
     """
 
     vehicle: int
@@ -59,7 +59,7 @@ class Stand:
     at: int
 
     def ahead(self, most: int) -> tuple[int, ...]:
-        """Return the shared segments ahead, at most so many, up to the next that is its own."""
+        """Return the next shared segments of the loop, up to `most`, ending before a private segment."""
         found: list[int] = []
         for step in range(1, most + 1):
             there = (self.at + step) % len(self.loop)
@@ -75,10 +75,10 @@ Seat = tuple[int, Stand | None]
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Vehicle to monitors, from one to the next of `way`: it is at position `at` there.
+    """A vehicle's question, passed from monitor to monitor along `way`; now at position `at` of `way`.
 
-    `roles` says what the vehicle wants of each, `seen` what those before have said, `me` who asks: as it will
-    stand in the segment that it wants.
+    `roles` has the use of each segment, `seen` the answers so far, `me` the vehicle in the segment that it
+    wants to enter.
     """
 
     vehicle: int
@@ -91,13 +91,13 @@ class Look:
 
     @property
     def place(self) -> int:
-        """The segment whose monitor it is for now."""
+        """The segment whose monitor receives the message next."""
         return self.way[self.at]
 
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """The last monitor of a way to the vehicle: that is who is there."""
+    """The answer to a `Look`: the vehicles in the segments of `way`."""
 
     vehicle: int
     number: int
@@ -107,7 +107,7 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class Busy:
-    """A monitor to the vehicle: not now. `way` is how far its message came."""
+    """The refusal of a `Look`: try again later. `way` ends with the monitor that refused."""
 
     vehicle: int
     number: int
@@ -117,9 +117,9 @@ class Busy:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """Vehicle to monitors, from one to the next of `way`: I do not need you any more, under this number.
+    """A vehicle tells the monitors along `way` that it has decided, and frees what it had them keep.
 
-    Those before position `begins` only pass it on. `went` is whether it has gone, and has given up nothing.
+    Monitors before index `begins` only pass the message on. `went` is whether the vehicle has made its move.
     """
 
     vehicle: int
@@ -131,13 +131,13 @@ class Free:
 
     @property
     def place(self) -> int:
-        """The segment whose monitor it is for now."""
+        """The segment whose monitor receives the message next."""
         return self.way[self.at]
 
 
 @dataclass(frozen=True, slots=True)
 class Whose:
-    """Monitor to a vehicle that may have come or gone: tell me whether you have."""
+    """A monitor asks a vehicle that may have entered or left its segment whether it has."""
 
     vehicle: int
     number: int
@@ -150,7 +150,7 @@ Word = ToMonitor | Seen | Busy | Whose | Room
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A vehicle has looked at a segment, under this number; until when by the monitor's clock [s]."""
+    """A note that a vehicle has read a segment and decides; the monitor keeps it until `ends_s` [s]."""
 
     vehicle: int
     number: int
@@ -159,26 +159,26 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Monitor:
-    """The books of a segment.
+    """The monitor of one shared segment: the vehicle in it, and the vehicles that have read it.
 
     Attributes
     ----------
     place
-        Its number.
+        Number of the segment.
     lease_s
-        For how long what a vehicle has looked at stays as it is [s].
+        Time for which the monitor keeps a segment unchanged for a vehicle that has read it [s].
     stand
-        Who is there, or who may come.
+        The vehicle in the segment, or the vehicle that may enter.
     coming
-        Whether that one has not said yet that it has come.
+        Whether that vehicle has not yet said that it has entered.
     leaving
-        The number under which that one may have gone; 0 if it has not asked to.
+        Number of the move by which that vehicle may have left; 0 if it has not asked to leave.
     rears
-        Vehicles that have gone and are not out yet, with the numbers under which they went.
+        Vehicles whose front has left but not their rear, with the numbers of their moves.
     marks
-        Who has looked at it and may still be deciding.
+        Vehicles that have read the segment and may still decide.
     gone
-        Numbers of vehicles that are settled: older words of these are void.
+        Vehicles that have left, each with its last number; the monitor ignores older messages of theirs.
 
     Examples
     --------
@@ -204,7 +204,7 @@ Answer = tuple[Monitor, list[Word]]
 
 
 def receive(monitor: Monitor, message: ToMonitor, now_s: float) -> Answer:
-    """Return the monitor after a message that came at this time by its clock [s], and what it says."""
+    """Return the monitor after a message at time `now_s` of its clock [s], and its messages in answer."""
     if isinstance(message, Look):
         return _looked_at(monitor, message, now_s)
     vehicle, number = message.vehicle, message.number

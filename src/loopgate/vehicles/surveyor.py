@@ -1,7 +1,7 @@
-"""A vehicle on segments that decides its moves by Algorithm 2 of Zhou et al. 2020, from what monitors say.
+"""A vehicle on segments that decides by Algorithm 2 of Zhou et al. 2020, from answers of monitors.
 
-It looks along its own way, and along that of each vehicle that it finds there, and so on. Then it knows all
-circuits that its move could close, and judges them as the gate ``algorithm2`` does. Pure, as `survey`.
+It asks about the segments on its own way, and then about the ways of all vehicles that it finds. So it knows
+all circuits that its move could close, and judges them as the gate ``algorithm2`` does. Pure functions.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ __all__ = ["Survey", "Surveyor", "decide"]
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What a vehicle has looked at for a move.
+    """The questions and answers that a vehicle has collected for its next move.
 
     Attributes
     ----------
     until_s
-        Until when what it has seen stays so, by its own clock [s].
+        End of the time in which the answers stay true, by the vehicle's clock [s].
     asked
-        What it has asked, by way; those without an answer are `open`.
+        Questions asked; the ways of questions without an answer are `open`.
     stands
-        Vehicles that it has found, where they stand.
+        Vehicles found, with their positions.
     """
 
     until_s: float
@@ -40,25 +40,25 @@ class Survey:
 
 @dataclass(frozen=True, slots=True)
 class Surveyor:
-    """What a vehicle on segments knows.
+    """The knowledge of a vehicle on segments that decides by Algorithm 2.
 
     Attributes
     ----------
     stand
-        Where it stands, its loop, and which segments of that others visit too.
+        Its position, its loop, and the segments of the loop that other vehicles visit too.
     robots
-        How many vehicles there are, as in the paper.
+        Number of all vehicles, as in the paper.
     lookahead
         See `loopgate.gates.algorithm2.Algorithm2Gate`.
     lease_s
-        For how long what it has looked at stays as it is [s].
+        Time for which answers of monitors stay true [s].
     number
-        How many moves it has asked for.
+        Number of moves that the vehicle has asked for.
     survey
-        What it has looked at for the next move, while it decides.
+        Questions and answers for the next move, while the vehicle decides.
     rears, untold
-        Segments that it has gone from, and its rear has not left; that it has left, and that have not said
-        that they know; with the numbers under which it went.
+        Segments that its front has left but not its rear; segments that it has left and whose monitors have
+        not acknowledged it. Each with the number of the move.
     """
 
     stand: Stand
@@ -72,12 +72,12 @@ class Surveyor:
 
     @property
     def most(self) -> int:
-        """How many segments vehicles look ahead: N - 2, as in the paper, at least one."""
+        """The number of segments to look ahead: N - 2 for N vehicles, as in the paper; at least one."""
         return max(1, self.robots - 2)
 
     @property
     def wished(self) -> Stand:
-        """Where it will stand after its move."""
+        """The vehicle's presence in the next segment, as it will be after the move."""
         stand = self.stand
         return replace(stand, number=self.number, at=(stand.at + 1) % len(stand.loop))
 
@@ -86,7 +86,7 @@ Answer = tuple[Surveyor, list[Word]]
 
 
 def ask(me: Surveyor, now_s: float) -> Answer:
-    """Return the vehicle after it has asked for its next segment, and looked along its way.
+    """Return the vehicle after it has asked for its next segment, and its questions along its way.
 
     A vehicle that goes from one segment of its own to another asks nobody.
     """
@@ -109,13 +109,13 @@ def ask(me: Surveyor, now_s: float) -> Answer:
 
 
 def again(me: Surveyor) -> list[Word]:
-    """Return what it asks again, since no answer has come."""
+    """Return the questions that have no answer yet, to be sent again."""
     survey = me.survey
     return [] if survey is None else [look for look in survey.asked if look.way in survey.open]
 
 
 def seen(me: Surveyor, message: Seen) -> Answer:
-    """Return the vehicle after an answer: it looks along the ways of those that it had not found before."""
+    """Return the vehicle after an answer, and its questions along the ways of newly found vehicles."""
     survey = me.survey
     if survey is None or message.number != me.number or message.way not in survey.open:
         return me, []
@@ -137,7 +137,7 @@ def seen(me: Surveyor, message: Seen) -> Answer:
 
 
 def decide(me: Surveyor) -> Decision | None:
-    """Return its decision by Algorithm 2; None while answers are missing.
+    """Return the vehicle's decision by Algorithm 2; None while answers are missing.
 
     It judges the system of those that it has found. For each of the others there is a robot that stands
     aside: so as many count as there are, and segments are shared that it knows to be shared.
@@ -163,7 +163,7 @@ def _names(places: Sequence[int] | Mapping[int, None]) -> tuple[StateId, ...]:
 
 
 def go(me: Surveyor) -> Answer:
-    """Return the vehicle after it has set out for its next segment, and what it says."""
+    """Return the vehicle after it has set out for its next segment, and its messages."""
     stand, wished = me.stand, me.wished
     here, there = stand.loop[stand.at], stand.loop[wished.at]
     out: list[Word] = []
@@ -178,7 +178,7 @@ def go(me: Surveyor) -> Answer:
 
 
 def give_up(me: Surveyor) -> Answer:
-    """Return the vehicle after it has given up its wish, and what it says."""
+    """Return the vehicle after it has given up its request, and its messages."""
     return replace(me, survey=None), _freed(me, gives_up=True)
 
 
@@ -195,7 +195,7 @@ def _freed(me: Surveyor, *, gives_up: bool) -> list[Word]:
 
 
 def told(me: Surveyor, message: Busy | Whose | Room) -> Answer:
-    """Return the vehicle after a monitor has refused, asked whether it has come or gone, or knows that."""
+    """Return the vehicle after a monitor's refusal, question or acknowledgement, and its messages."""
     if isinstance(message, Busy):
         return give_up(me) if me.survey is not None and message.number == me.number else (me, [])
     if isinstance(message, Room):
@@ -220,7 +220,7 @@ def _become(me: Surveyor, asked: Whose) -> Word:
 
 
 def rear_out(me: Surveyor) -> Answer:
-    """Return the vehicle after its rear has left the first of the segments that it is still in."""
+    """Return the vehicle after its rear has left the first segment it still touches, and its messages."""
     place, number, shared = me.rears[0]
     me = replace(me, rears=me.rears[1:])
     if not shared:
@@ -230,5 +230,5 @@ def rear_out(me: Surveyor) -> Answer:
 
 
 def repeat(me: Surveyor) -> list[Word]:
-    """Return what it says again, since no monitor has said that it knows."""
+    """Return the reports that no monitor has acknowledged, to be sent again."""
     return [Left(place, me.stand.vehicle, number) for place, number in me.untold]

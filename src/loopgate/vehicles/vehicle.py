@@ -1,4 +1,4 @@
-"""A vehicle: it knows its own loop, where it is on it, and what it has heard. Pure, as `post`."""
+"""A vehicle that asks posts for slots: its loop, its place and its grants, by pure functions on messages."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ Told = tuple[int, int]
 
 @dataclass(frozen=True, slots=True)
 class Vehicle:
-    """What a vehicle knows.
+    """The knowledge of a vehicle that asks posts: its loop, its place, and its open messages.
 
     Attributes
     ----------
     id
         Its number.
     loop
-        Its loop as places, closed, no place after itself.
+        The places of its closed loop in driving order; no place twice in a row.
     at
-        The position of its place on the loop.
+        Index of its place on the loop.
     number
-        How many grants it has used or given back.
+        Number of grants that it has used or given back.
     inside
-        Its number in the books of its place.
+        Its number in the line of its place.
     rears
-        Places that it has moved on from, and its rear has not left.
+        Places that its front has left but not its rear.
     untold
-        Places that it has left, or in which it has begun anew, and that have not said that they know.
+        Places that it has left, or in which it has restarted, and whose posts have not acknowledged it.
     forgot
-        Numbers up to this one it has used before it lost its memory, if it has.
+        The highest number that it may have used before it lost its memory; 0 if it has not.
 
     Examples
     --------
@@ -59,12 +59,12 @@ class Vehicle:
 
     @property
     def place(self) -> int:
-        """The place in whose line it is."""
+        """The place in whose line the vehicle is."""
         return self.loop[self.at]
 
     @property
     def wanted(self) -> int:
-        """The place that it wants."""
+        """The next place on the vehicle's loop."""
         return self.loop[(self.at + 1) % len(self.loop)]
 
 
@@ -72,28 +72,28 @@ Answer = tuple[Vehicle, list[Message]]
 
 
 def ask(vehicle: Vehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True) -> Ask:
-    """Return what it says to get on, once it is first in line.
+    """Return the request of a vehicle that is first in line for its next place.
 
     Parameters
     ----------
     stamp
-        Since when it wants this, and its number.
+        The time of its first request for the place [s], and the number of the vehicle.
     now_s
-        By its own clock [s].
+        Time by the vehicle's clock [s].
     free
-        Whether it sees its crossing free.
+        Whether the vehicle sees its crossing free.
     """
     then = vehicle.loop[(vehicle.at + 2) % len(vehicle.loop)]
     return Ask(vehicle.wanted, vehicle.id, vehicle.number + 1, vehicle.place, then, stamp, now_s, free)
 
 
 def awaits(vehicle: Vehicle, grant: Grant) -> bool:
-    """Return whether a grant is for what it wants now."""
+    """Return whether a grant answers the vehicle's present request."""
     return grant.number == vehicle.number + 1 and grant.place == vehicle.wanted
 
 
 def leaves_room(ahead: float, here: float, waited_s: float, crowded: float) -> bool:
-    """Return whether a vehicle does not ask yet, so as to leave room for others.
+    """Return whether a vehicle should not ask yet, to leave room in a crowded place for others.
 
     The same rule as `loopgate.negotiation.pressure.Pressure`: no vehicle drives from an emptier place into a
     crowded one, unless it has waited the longer, the fuller that is.
@@ -101,11 +101,11 @@ def leaves_room(ahead: float, here: float, waited_s: float, crowded: float) -> b
     Parameters
     ----------
     ahead, here
-        Shares of the slots taken in the place that it wants, and in its own, as posts said last.
+        Share of taken slots in the next place and in the vehicle's place, by the last messages of the posts.
     waited_s
-        How long it has waited [s].
+        Time since the vehicle's first request for the place [s].
     crowded
-        The share from which on a place is crowded.
+        Share of taken slots from which a place counts as crowded.
 
     Examples
     --------
@@ -116,12 +116,12 @@ def leaves_room(ahead: float, here: float, waited_s: float, crowded: float) -> b
 
 
 def in_time(grant: Grant, now_s: float) -> bool:
-    """Return whether the lease that comes with a grant lasts still, by the vehicle's clock [s]."""
+    """Return whether the lease of a grant still lasts, by the vehicle's clock [s]."""
     return grant.until_s is None or now_s <= grant.until_s
 
 
 def granted(vehicle: Vehicle, grant: Grant) -> Answer:
-    """Return the vehicle after a grant: it goes, or says what has become of an older one."""
+    """Return the vehicle after a grant, and its messages: it sets out, or answers an outdated grant."""
     if awaits(vehicle, grant):
         after = replace(
             vehicle,
@@ -142,7 +142,7 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
 
 
 def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
-    """Return the vehicle after it has given back a grant that it awaited and cannot use.
+    """Return the vehicle after it has returned an unusable grant, and its messages.
 
     While its rear is still in that place it says so as that leaves: to have left covers what was before.
     """
@@ -154,7 +154,7 @@ def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
 
 
 def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
-    """Return a vehicle that has lost its memory, but knows where it is.
+    """Return a vehicle that has lost its memory but knows its position, and its messages to posts.
 
     It takes a number that is ahead of all that it has used; to have moved on or left under that one covers
     all before. Each post of its loop in whose place nothing of it is may still have it in the books: so it
@@ -189,7 +189,7 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
 
 
 def rear_out(vehicle: Vehicle) -> Answer:
-    """Return the vehicle after its rear has left the first of the places that it is still in.
+    """Return the vehicle after its rear has left the first place that it still touches, and its messages.
 
     It says again where it is, in the same transmission: to have gone may not have been heard.
     """
@@ -204,7 +204,7 @@ def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:
 
 
 def repeat(vehicle: Vehicle) -> list[Message]:
-    """Return what it says again, since no post has said that it knows."""
+    """Return the reports that no post has acknowledged, to be sent again."""
     return [_told(vehicle, place, number) for place, number in vehicle.untold]
 
 
@@ -216,6 +216,6 @@ def _told(vehicle: Vehicle, place: int, number: int) -> Left | Here:
 
 
 def heard(vehicle: Vehicle, room: Room) -> Vehicle:
-    """Return the vehicle after the post of a place that it has left says that it knows."""
+    """Return the vehicle after a post has acknowledged that the vehicle left its place."""
     told = (room.place, room.number)
     return replace(vehicle, untold=tuple(one for one in vehicle.untold if one != told))

@@ -1,4 +1,4 @@
-"""Messages, and what is said between a controller and its bridge, as JSON: one datagram each.
+"""Messages between posts, controllers and bridge as JSON: one object in each datagram.
 
 ``wire.schema.json`` beside this file describes the same to those who write a controller in another language.
 """
@@ -38,16 +38,16 @@ _FLAGS = ("holds", "goes", "gives_back", "refused")
 
 
 class WireError(LoopgateError):
-    """A datagram is not as the schema says."""
+    """A datagram that does not keep to the JSON schema."""
 
 
 def pack(thing: dict[str, Any]) -> bytes:
-    """Return an object as the content of a datagram."""
+    """Return the bytes of a datagram with a JSON object."""
     return json.dumps(thing, separators=(",", ":")).encode()
 
 
 def unpack(data: bytes) -> dict[str, Any]:
-    """Return the object in a datagram.
+    """Return the JSON object in a datagram.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def unpack(data: bytes) -> dict[str, Any]:
 
 
 def encode(message: Message) -> dict[str, Any]:
-    """Return a message as an object.
+    """Return a message as a JSON object.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def encode(message: Message) -> dict[str, Any]:
 
 
 def decode(thing: object) -> Message:
-    """Return the message that an object says.
+    """Return the message that a JSON object describes.
 
     Raises
     ------
@@ -133,13 +133,13 @@ def _is_stamp(value: list[Any]) -> bool:
 
 
 def write_answer(vehicle: int, turn: int, answer: Answer) -> dict[str, Any]:
-    """Return the answer of a controller as an object."""
+    """Return a controller's answer as a JSON object."""
     said = [encode(message) for message in answer.say]
     return {"vehicle": vehicle, "turn": turn, "say": said} | {name: getattr(answer, name) for name in _FLAGS}
 
 
 def read_answer(thing: dict[str, Any]) -> Answer:
-    """Return the answer of a controller that an object says.
+    """Return the controller's answer that a JSON object describes.
 
     Raises
     ------

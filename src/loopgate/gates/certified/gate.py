@@ -28,7 +28,7 @@ _STAYS = refusal(Reason.STAYS)
 
 
 class CertifiedGate:
-    """Admits a move iff it can show that the promise still holds afterwards.
+    """The gate ``certified``: it admits a move only if it can show that its promise still holds after it.
 
     *Everyone* can go on for ever, by the first of these that applies:
 
@@ -85,7 +85,7 @@ class CertifiedGate:
     def check_options(
         *, promise: str = "auto", budget: int = 2_000, patience: int = 50, budget_ms: float = 0
     ) -> None:
-        """Raise `GateError` if an option has no meaning."""
+        """Raise `GateError` if an option of the gate is invalid."""
         if promise not in _PROMISES:
             msg = f"gate certified: promise is {promise!r}; expected {', '.join(_PROMISES)}"
             raise GateError(msg)
@@ -101,26 +101,26 @@ class CertifiedGate:
 
     @property
     def promise(self) -> str:
-        """``everyone`` or ``somebody``: the robots that can go on for ever."""
+        """The promise: ``everyone`` (every robot can go on for ever) or ``somebody`` (some robot can)."""
         return "everyone" if self._proof.for_everyone else "somebody"
 
     @property
     def by_chain_alone(self) -> bool:
-        """Whether the chain rule decides every move, see `ChainRule.by_chain_alone`."""
+        """Whether the chain rule alone decides every move, see `ChainRule.by_chain_alone`."""
         return isinstance(self._proof, ChainRule) and self._proof.by_chain_alone
 
     def use_clock(self, clock: Callable[[], float]) -> None:
-        """Measure `budget_ms` with `clock`, which tells the time [s] from any origin."""
+        """Set the function that returns the time [s], by which `budget_ms` is measured."""
         self._budget.clock = clock
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
-        """Decide the next move of `robot`; fast for the configuration that `moved` told last."""
+        """Decide the next move of `robot`; fast in the configuration after the last known move."""
         if configuration is not self._configuration:
             self._follow(configuration)
         return self.decide_here(robot)
 
     def decide_here(self, robot: int) -> Decision:
-        """Decide the next move of `robot` in the configuration reached by the moves told so far."""
+        """Decide the next move of `robot` in the configuration after all known moves."""
         stand, layout = self._stand, self._layout
         here = stand.at[robot]
         there = layout.follow[robot][here]
@@ -137,7 +137,7 @@ class CertifiedGate:
         return proof.at_once(stand, robot) or proof.judge(self._here(), stand, robot)
 
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
-        """Return a certificate that the decision about `robot` is right; `check-certificate` checks it.
+        """Return a proof of the decision about `robot`, which ``check-certificate`` can check.
 
         It is plain data; the checker, `loopgate.research.theory.certificates`, names its kinds. None for
         moves that capacity or order forbid, for a refusal for want of budget, for a fault, or for the sake of
@@ -157,7 +157,7 @@ class CertifiedGate:
         }
 
     def moved(self, configuration: Configuration, robot: int) -> None:
-        """Take note of a move; a move that was not admitted makes the gate find its witness anew."""
+        """Tell the gate of a move; after a move that was not admitted it searches its witness anew."""
         stand = self._stand
         after = self._layout.follow[robot][stand.at[robot]]
         if configuration.positions[robot] != after or not stand.enabled(robot):
@@ -166,7 +166,7 @@ class CertifiedGate:
         self._move(robot, configuration)
 
     def moved_here(self, robot: int) -> None:
-        """Take note of an admitted move in the configuration reached by the moves told so far."""
+        """Tell the gate of an admitted move in the configuration after all known moves."""
         self._move(robot, None)
 
     def _move(self, robot: int, configuration: Configuration | None) -> None:

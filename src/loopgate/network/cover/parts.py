@@ -23,7 +23,7 @@ Box = tuple[float, float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Streets of one rectangle, and where their loops may drive."""
+    """A rectangle of a large network: the streets to cover in it, and the streets its loops may use."""
 
     edges: tuple[str, ...]
     around: frozenset[str] | None
@@ -31,7 +31,7 @@ class Part:
 
 
 def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_STREETS) -> list[Part]:
-    """Divide the streets of a task into rectangles with at most `most` streets each; O(n log n).
+    """Divide the streets to cover into rectangles with at most `most` streets each; O(n log n).
 
     The rectangle with too many streets is cut at the median of its longer side, again and again. The two
     directions of a street stay together. Loops of a part stay near it, unless that cuts streets off.

@@ -11,7 +11,7 @@ from loopgate.research.agents.network import MessageNetwork
 
 
 class Outcome(StrEnum):
-    """How far a robot's decision about its next move has come."""
+    """The progress of a robot's decision about its next move."""
 
     OPEN = "open"
     """Answers are missing; if they stay missing, the robot stops."""

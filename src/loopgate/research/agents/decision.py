@@ -16,7 +16,7 @@ _PATIENCE = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Sensing:
-    """How far a robot sees."""
+    """The sensing range of a robot, in states ahead on its path."""
 
     states_ahead: int | None = None
     """States ahead on its own path whose signals a robot can read; None for as many as it looks ahead."""
@@ -90,7 +90,7 @@ def decide_by_messages(
     sensing: Sensing | None = None,
     seed: int = 0,
 ) -> DistributedDecision:
-    """Let the agents decide whether `robot` may enter its next state (Algorithm 2, lines 2 to 10).
+    """Let agents decide by messages whether `robot` may move (Algorithm 2, lines 2 to 10).
 
     Raises `SystemModelError` if a shared state holds more than one robot.
 

@@ -8,7 +8,7 @@ from loopgate.gates.walks import Walk
 
 
 class Kind(StrEnum):
-    """Kinds of messages, as they are counted."""
+    """The kinds of messages between agents."""
 
     VISIT = "visit"
     """Step 2 of Algorithm 1: a chain of risky walks looks for its way back to the asking robot."""

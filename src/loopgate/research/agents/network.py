@@ -15,7 +15,7 @@ def _everywhere(_sender: int, _receiver: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """How messages fare."""
+    """The delay, loss and duplication of messages between agents."""
 
     delay: tuple[float, float] = (0.0, 0.0)
     """Least and most delay [time units]; drawn per copy, so that messages overtake each other."""

@@ -107,7 +107,7 @@ def run_agents(
     sensing: Sensing | None = None,
     fails: Callable[[int, int], bool] = lambda _number, _robot: False,
 ) -> DistributedRun:
-    """Run the agents from the start for at most `rounds` rounds.
+    """Run the agents from the start of the system for at most `rounds` rounds.
 
     In each round every robot decides by messages whether its move is free of collisions and deadlocks. Those
     whose move is negotiate: each tells the coordinator, drawn among them, a random delay, and the coordinator

@@ -17,7 +17,7 @@ from loopgate.research.theory.instances import instance
 def reproduce(
     out: Path, *, quick: bool = False, seed: int = 1, progress: Callable[[int], None] = lambda _: None
 ) -> dict[str, Any]:
-    """Reproduce Section 5 into the folder `out`.
+    """Reproduce Section 5 of the paper (Zhou et al. 2020), and write the results into folder `out`.
 
     Keys: ``rows`` (a list of ``what, printed, ours, why``), ``seconds`` and ``quick``.
 

@@ -18,7 +18,7 @@ _Z95 = 1.959964
 
 @dataclass(frozen=True, slots=True)
 class RoundCounts:
-    """The outcomes of a number of rounds."""
+    """The number of rounds with each outcome."""
 
     rounds: int
     seed: int
@@ -38,7 +38,7 @@ class RoundCounts:
     seconds: float
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as a JSON object."""
+        """Return the counts as a JSON object."""
         return {**asdict(self), "seconds": round(self.seconds, 3)}
 
 
@@ -61,7 +61,7 @@ def run_rounds(
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
 ) -> RoundCounts:
-    """Run `rounds` rounds from the start; a round ends when all robots are through, or none may move.
+    """Play rounds of random moves from the start; a round ends when no robot has a move left.
 
     A robot on a closed path goes on after its first round, so that it is not in the way of others. The
     drawing is uniform among the robots admitted, as in Section 5.1 of Zhou et al. 2020.

@@ -55,7 +55,7 @@ class TraceStep:
 
 
 def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[TraceStep]:
-    """Make `moves` from the start, and give the gate's answer to every robot at each step.
+    """Make given moves from the start, and return the gate's answer to every robot at each step.
 
     Raises `SystemModelError` if a move names no robot of the system; `IllegalMoveError` if the gate refuses a
     move; the text says why.

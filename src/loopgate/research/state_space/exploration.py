@@ -20,7 +20,7 @@ from loopgate.research.theory.orders import Orders
 
 @dataclass(frozen=True, slots=True)
 class ExplorationFigures:
-    """Figures of all configurations that are reachable from the start under a gate."""
+    """The counts of configurations that are reachable from the start under a gate."""
 
     configurations: int
     """How many there are; a configuration is the robots' positions (and the order within FIFO states)."""
@@ -44,7 +44,7 @@ class ExplorationFigures:
     start may be."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the figures as a JSON object, without the counterexample."""
+        """Return the counts as a JSON object, without the counterexample."""
         figures = asdict(self) | {"seconds": round(self.seconds, 3)}
         del figures["counterexample"]
         return figures
@@ -59,7 +59,7 @@ def explore(
     limit: int | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> ExplorationFigures:
-    """Explore all configurations reachable from the start under `gate`.
+    """Visit every configuration that is reachable from the start under `gate`, and count deadlocks.
 
     Raises `ExplorationLimitError` if memory or limit do not suffice.
 

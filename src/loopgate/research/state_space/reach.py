@@ -27,7 +27,7 @@ _CHUNK = 1 << 14
 
 @dataclass(frozen=True, slots=True)
 class Counterexample:
-    """A way to where a gate breaks its promise."""
+    """A sequence of moves to a configuration in which a gate's promise is broken."""
 
     kind: str
     """``unsafe``: the last move was admitted though it is not safe. ``stuck``: nothing is admitted there

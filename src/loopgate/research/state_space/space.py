@@ -27,11 +27,11 @@ _MOST = (1 << 31) - 1
 
 
 class ExplorationLimitError(LoopgateError):
-    """The system has more configurations than memory or the user allows."""
+    """A system with more configurations than the memory or the user's limit allows."""
 
 
 class StateSpace:
-    """The configurations that can be reached from the start without a gate, numbered breadth first.
+    """All configurations reachable from the start without a gate, numbered in breadth-first order.
 
     O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
     Raises `ExplorationLimitError` if memory or limit do not suffice.
@@ -70,11 +70,11 @@ class StateSpace:
 
     @property
     def count(self) -> int:
-        """How many configurations there are."""
+        """The number of configurations."""
         return len(self.keys)
 
     def number(self, configuration: Configuration) -> int:
-        """Return the number of a configuration that can be reached.
+        """Return the number of a reachable configuration.
 
         Raises `KeyError` if it cannot.
         """
@@ -85,23 +85,23 @@ class StateSpace:
         return int(found)
 
     def configuration(self, number: int) -> Configuration:
-        """Return the configuration of that number."""
+        """Return the configuration with a number."""
         return self.encoding.decode(self.keys[number])
 
     @cached_property
     def live(self) -> Flags:
-        """Whether every robot can go on for ever."""
+        """For each configuration, whether every robot can go on for ever."""
         if homes_decide_liveness(self.system):
             return self.moves.leading_to(self._home)
         return self.moves.everyone()
 
     @cached_property
     def somebody(self) -> Flags:
-        """Whether some robot can always move on, for ever, without a circular wait on the way."""
+        """For each configuration, whether some robot can move for ever without a circular wait."""
         return self.moves.somebody(~self.locked)
 
     def keeping(self, promise: str) -> Flags:
-        """Return the safe configurations: `live` for ``everyone``, `somebody` for ``somebody``."""
+        """Return which configurations keep a promise: `live` for ``everyone``, else `somebody`."""
         return self.live if promise == "everyone" else self.somebody
 
     def _fill(self, progress: Callable[[int], None]) -> None:

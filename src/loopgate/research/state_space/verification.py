@@ -26,7 +26,7 @@ def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """The findings of a check of a gate; adding two adds their counts."""
+    """The findings of a check of a gate; two findings can be added."""
 
     method: str
     """``exhaustive`` or ``walks``."""
@@ -71,18 +71,18 @@ class Verification:
 
     @property
     def holds(self) -> bool:
-        """Whether no promise was seen broken."""
+        """Whether the check found no broken promise."""
         broken = self.unsafe_admitted + self.stuck + self.disabled_admitted
         return not broken + self.live_starts_refused + self.dead_starts_accepted
 
     @property
     def permissiveness(self) -> float | None:
-        """Accepted over safe moves; None where safety was not judged."""
+        """The share of safe moves that the gate accepts; None if safety was not judged."""
         return self.safe_admitted / self.safe if self.safe else None
 
     @property
     def coverage(self) -> float | None:
-        """Share of the reachable configurations that the gate reaches; None for walks."""
+        """The share of reachable configurations that the gate reaches; None for random walks."""
         return self.explored / self.reachable_live if self.reachable_live else None
 
     def __add__(self, other: Verification) -> Verification:
@@ -98,7 +98,7 @@ class Verification:
         return Verification(**mine)
 
     def as_dict(self) -> dict[str, Any]:
-        """Return all figures as a JSON object."""
+        """Return all findings as a JSON object."""
         data = asdict(self)
         data.update(holds=self.holds, permissiveness=self.permissiveness, coverage=self.coverage)
         return data
@@ -112,7 +112,7 @@ def verify_everywhere(
     progress: Callable[[int], None] = lambda _: None,
     each: Each = nothing,
 ) -> Verification:
-    """Check every configuration that the gate lets come about, breadth first from the start.
+    """Check a gate in every configuration that is reachable under it, breadth first.
 
     Raises `ExplorationLimitError` if there are more than `limit` configurations.
 
@@ -137,7 +137,7 @@ def verify_space(
     progress: Callable[[int], None] = lambda _: None,
     each: Each = nothing,
 ) -> Verification:
-    """Check as `verify_everywhere` does, in a space that is there already.
+    """Check a gate as `verify_everywhere` does, in a `StateSpace` that exists already.
 
     Parameters
     ----------

@@ -47,7 +47,7 @@ def verify_walks(
     progress: Callable[[int], None] = lambda _: None,
     each: Each = nothing,
 ) -> Verification:
-    """Check along random walks of admitted moves, each told to the gate.
+    """Check a gate along random walks of admitted moves.
 
     The judge is a plain search for a way home where private states decide liveness; else all configurations
     are looked at; beyond the limit only stuck configurations, broken capacities and circular waits are found.

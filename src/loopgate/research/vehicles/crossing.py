@@ -1,4 +1,4 @@
-"""A crossing whose keeper leases it: every order in which messages come, or do not come, and time goes by.
+"""A model of one crossing with its keeper, explored in every order of messages, losses and time.
 
 Each vehicle goes over the crossing on a way of its own, some times; places have room. A vehicle that goes
 *sets out*, and is *seen* a little later: then it says so. Who sees a vehicle in its way does not go. So the
@@ -32,7 +32,7 @@ Receive = Callable[[Keeper, Post, ToPost, float], keepers.Answer]
 
 @dataclass(frozen=True, slots=True)
 class Crossing:
-    """A state of all.
+    """A state of the model: keeper, posts, vehicles, and messages under way.
 
     Attributes
     ----------
@@ -56,13 +56,13 @@ class Crossing:
 
     @property
     def gives_back(self) -> int:
-        """How often grants have been given back."""
+        """The number of grants that were given back."""
         return sum(self.gave_back)
 
 
 @dataclass(slots=True)
 class Found:
-    """What came about: states, whether all of them, unsafe ones, and groups in which all stay for good."""
+    """The result of an exploration: states visited, unsafe states, and groups of states that all stay in."""
 
     states: int = 0
     complete: bool = True
@@ -72,7 +72,7 @@ class Found:
 
 
 def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing:
-    """Return a start: vehicles whose ways are in conflict as these pairs say, each to go so often."""
+    """Return the start state: vehicles with the given conflicts between their ways, and laps for each."""
     ways = [(2 * n, 2 * n + 1) for n in range(len(laps))]
     pairs = frozenset(p for a, b in conflicts for p in ((ways[a], ways[b]), (ways[b], ways[a])))
     return Crossing(
@@ -86,7 +86,7 @@ def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing
 
 
 def unsafe(now: Crossing) -> bool:
-    """Return whether two vehicles are on ways in conflict at the same time."""
+    """Return whether two vehicles are on conflicting ways at the same time."""
     on = [n for n, where in enumerate(now.where) if where in (SETS_OUT, SEEN)]
     return any((_way(a), _way(b)) in now.keeper.conflicts for a in on for b in on)
 
@@ -113,7 +113,7 @@ def explore(
     receive: Receive = keepers.receive,
     in_time: Callable[[Grant, float], bool] = cars.in_time,
 ) -> Found:
-    """Look at all that can come about from `start`.
+    """Visit all states of the model that can be reached from `start`.
 
     Parameters
     ----------

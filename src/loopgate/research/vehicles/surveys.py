@@ -1,4 +1,4 @@
-"""Vehicles on segments that decide by Algorithm 2 from messages; each move beside the central gate."""
+"""Random runs of vehicles that decide by Algorithm 2 by messages; the central gate checks each move."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LEASE_S = 40.0
 
 
 def rounds(system: System) -> System:
-    """Return the same robots on closed paths, all with room at their start; the first of each place stays."""
+    """Return the same robots on closed paths, at most one of them in each state at the start."""
     made: list[Robot] = []
     taken: set[object] = set()
     for one in system.robots:
@@ -36,7 +36,7 @@ def rounds(system: System) -> System:
 
 
 class SurveyWalk:
-    """Vehicles and monitors under way: messages come in any order, and some do not come.
+    """A random run of vehicles and monitors: messages come in any order, and some are lost.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class SurveyWalk:
         self._moved_s = 0.0
 
     def step(self) -> None:
-        """Let something happen."""
+        """Do one random event: a request, a repetition, a departure, or the arrival of a message."""
         self._now_s += 1.0
         rng, lot = self._rng, self._rng.random()
         number = rng.randrange(len(self.cars))
@@ -100,7 +100,7 @@ class SurveyWalk:
                 self._comes(message)
 
     def goes_on(self) -> bool:
-        """Let all messages get through; return whether somebody goes, if a central gate lets anybody."""
+        """Deliver all messages; return whether some vehicle moves, or the central gate admits no move."""
         self._loss = 0.0
         before = self.found["moves"]
         for _ in range(3):
@@ -119,12 +119,12 @@ class SurveyWalk:
         return self.found["moves"] > before or not anybody
 
     def asks(self, number: int) -> None:
-        """Let a vehicle ask, and all come that follows."""
+        """Let a vehicle ask for its next segment, and deliver all messages that follow."""
         self._say(number, cars.ask(self.cars[number], self._now_s))
         self._settle()
 
     def goes_or_gives_up(self, number: int) -> None:
-        """Let a vehicle go that may, with its rear, or give its wish up; let all come that follows."""
+        """Let a vehicle move if it may, else withdraw its request; deliver all messages."""
         self._go(number)
         self._say(number, cars.give_up(self.cars[number]))
         self._settle()

@@ -23,7 +23,7 @@ _CAR_M = 5.0
 
 
 class Driven(Protocol):
-    """A track, or another object with legs."""
+    """The path of a vehicle as a sequence of legs, as this module needs it."""
 
     @property
     def legs(self) -> Sequence[Leg]:
@@ -32,7 +32,7 @@ class Driven(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """A way across the junction whose vehicles do not yield to a vehicle that sets out.
+    """A movement over the junction whose vehicles do not yield to a vehicle that sets out.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ class Approach:
 
 @dataclass(frozen=True, slots=True)
 class Movement:
-    """A movement over a junction; a crossing consists of movements.
+    """A movement over a junction, with the lanes and approaches that must be free before it is used.
 
     Attributes
     ----------
@@ -95,7 +95,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where a state is.
+    """The position of a state on the road.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """The crossing that lies before a vehicle at the end of a state.
+    """The crossing before a vehicle at the end of a state, with the lanes that must be free.
 
     Attributes
     ----------
@@ -143,7 +143,7 @@ class Way:
 
 
 class CrossingWays:
-    """Finds the ways of vehicles over all movements of a network, also movements on no loop.
+    """The crossings ahead of vehicles on their paths, with the lanes that must be free.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class CrossingWays:
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
     def of(self, track: Driven) -> tuple[Way, ...]:
-        """Return the way ahead at the end of each position of a track."""
+        """Return the crossing at the end of each leg of a path."""
         return tuple(self.way(track, position) for position in range(len(track.legs)))
 
     def knows(self, movement: str) -> bool:
@@ -174,14 +174,14 @@ class CrossingWays:
         return movement in self._movements
 
     def place(self, track: Driven, position: int) -> Place:
-        """Return where the state at a position of a track is."""
+        """Return the lanes of a state on the road, by its index on a path."""
         end = track.legs[position].line
         length_m = track.legs[position].end_m - track.legs[position].begin_m
         lane = f"{end.edge}_{end.lane}"
         return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
     def way(self, track: Driven, position: int) -> Way:
-        """Return the way ahead at the end of a position of a track."""
+        """Return the crossing at the end of the leg at an index of a path."""
         line = track.legs[position].line
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]

@@ -32,7 +32,7 @@ class _Behind(NamedTuple):
 
 
 class LaidRoads:
-    """The roads of a network, and the lookouts of vehicles on their paths.
+    """The roads of a network with ordinary traffic, as the ledger looks at them.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class LaidRoads:
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
     def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
-        """Add to the legs of a path their positions and the lookouts behind them."""
+        """Add positions on the road, and the checks before each crossing, to the legs of a path."""
         drawn = _Way(way)
         for position, leg in enumerate(path):
             place = self._find.place(drawn, position)

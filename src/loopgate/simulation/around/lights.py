@@ -20,7 +20,7 @@ _LONG_RED_S = 300.0
 
 
 def longest_closed_s(program: Program, link: int) -> float:
-    """Return for how long a program keeps a link closed on end [s]; 0 where that is not fixed."""
+    """Return the longest time without green of one link in a program [s]; 0 if it is not fixed."""
     phases = program.phases
     if not phases:
         return 0.0
@@ -37,7 +37,7 @@ def longest_closed_s(program: Program, link: int) -> float:
 
 
 def signals_of(network: RoadNetwork) -> list[Signal]:
-    """Return the signals of a network's lights for its movements."""
+    """Return the light and the link of each movement of a network that has a traffic light."""
     found = []
     for movement in network.connections:
         if movement.signal is not None:
@@ -47,7 +47,7 @@ def signals_of(network: RoadNetwork) -> list[Signal]:
 
 
 class ShownLights:
-    """Lights that vehicles obey, and their figures for ``summary.json``.
+    """The traffic lights that gated vehicles obey, and their figures for ``summary.json``.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ShownLights:
         """Movements on the loops by light and link."""
 
     def plan(self, itineraries: Iterable[Itinerary], signals: Mapping[str, tuple[str, int]]) -> None:
-        """Take the ways of the vehicles, for the first time or again; `signals` by movement."""
+        """Read the paths of the vehicles, at the start or after a change; `signals` by movement."""
         self._used.clear()
         for itinerary in {itinerary.loop: itinerary for itinerary in itineraries}.values():
             for crossing in (crossing for leg in itinerary.legs for crossing in leg.crossings):
@@ -71,7 +71,7 @@ class ShownLights:
     def figures(
         self, *, grants: int, stood: int, stood_s: float, on_red: int, longest_red_s: float, at: str
     ) -> dict[str, Any]:
-        """Return figures for ``summary.json``; `at` is where a vehicle waited longest."""
+        """Return the figures for ``summary.json``; `at` is the place of the longest wait at red."""
         return {
             "grants": grants,
             "stood": stood,
@@ -82,7 +82,7 @@ class ShownLights:
         }
 
     def warnings(self, longest_red_s: float, at: str) -> list[str]:
-        """Return lines about lights on the loops that never or rarely turn green, and the longest wait."""
+        """Return warnings about lights on the loops that are rarely or never green."""
         never, rarely = [], []
         for (light, link), movement in self._used.items():
             closed_s = longest_closed_s(self._program(light), link)
@@ -111,7 +111,7 @@ class ShownLights:
 
 
 class Lights:
-    """Tells of lights that the vehicles of an engine obey (`loopgate.drive.lights`).
+    """Reads the traffic lights of SUMO that gated vehicles obey (`loopgate.drive.lights`).
 
     Parameters
     ----------
@@ -126,13 +126,13 @@ class Lights:
         self._shown = ShownLights(timetable.program)
 
     def plan(self, itineraries: Iterable[Itinerary]) -> None:
-        """Take the ways of the vehicles, for the first time or again."""
+        """Read the paths of the vehicles, at the start or after a change."""
         signals = self._timetable.signals
         by_movement = {name: signals[number] for name, number in self._timetable.numbers.items()}
         self._shown.plan(itineraries, {name: (one.light, one.link) for name, one in by_movement.items()})
 
     def report(self) -> dict[str, Any]:
-        """Return the figures of obeyed lights, and warnings about them."""
+        """Return figures of obeyed lights for ``summary.json``, and warnings."""
         run = self._engine.run
         longest_s, since_s, at = (run[name][0] for name in ("red_s", "red_since_s", "red_at"))
         movement = self._timetable.signals[at].movement if longest_s > 0.0 else ""

@@ -16,7 +16,7 @@ __all__ = ["Lamps", "ObeyedLights", "signals_in"]
 
 
 class Lamps(dict[str, Lamp]):
-    """The lights of a simulation, by name."""
+    """The traffic lights of a simulation, by name."""
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
@@ -27,14 +27,14 @@ class Lamps(dict[str, Lamp]):
         return lamp
 
     def program(self, name: str) -> Program:
-        """Return the program that a light follows now."""
+        """Return the program that a light runs now."""
         lamp = self[name]
         lamp.look(self._traffic.now_s)
         return lamp.program
 
 
 class ObeyedLights:
-    """Figures of the lights that the ledger obeys, if it does."""
+    """Figures of the traffic lights that vehicles obey under the ledger."""
 
     def __init__(
         self, lamps: Lamps, signals: Mapping[str, Signal], itineraries: Iterable[Itinerary], lights: Lights
@@ -45,7 +45,7 @@ class ObeyedLights:
         self._lights = lights
 
     def report(self) -> dict[str, Any]:
-        """Return figures and warnings."""
+        """Return figures for ``summary.json``, and warnings."""
         lights = self._lights
         if not self._obeys:
             return {}
@@ -63,7 +63,7 @@ class ObeyedLights:
 
 
 def signals_in(network: RoadNetwork, lamps: Lamps) -> dict[str, Signal]:
-    """Return what the lights of a network show, by movement."""
+    """Return the traffic signals of a network for the ledger, by movement."""
     return {
         one.movement: Signal(lamps[one.light], one.link, float(one.speed_mps)) for one in signals_of(network)
     }

@@ -19,7 +19,7 @@ __all__ = ["Roads"]
 
 
 class Roads:
-    """The tables of the roads, and the numbers of their rows.
+    """The tables of a network's roads, and the row numbers of edges and lanes.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ class Roads:
         }
 
     def edge(self, name: str) -> int:
-        """Return the number of an edge."""
+        """Return the row number of an edge."""
         return self._edges.get(name, self.no_edge)
 
     def route(self, edges: Iterable[str]) -> list[tuple[int, int]]:
-        """Return the edges of a route by number, each with the junction behind it, or `NOBODY`."""
+        """Return the row numbers of a route's edges, each with the junction behind it, or `NOBODY`."""
         names = [*edges, ""]
         return [(self.edge(e), self.junctions.get((e, ahead), int(NOBODY))) for e, ahead in pairwise(names)]
 

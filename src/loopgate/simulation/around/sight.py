@@ -28,7 +28,7 @@ _AT_FIRST: Final = {"others": 64, "rears": 256, "arrivals": 256, "routes": 4096}
 
 
 class Sight:
-    """The ordinary vehicles: their positions, and how gated vehicles yield to them.
+    """The positions of ordinary vehicles, and the rules by which gated vehicles yield to them.
 
     O(vehicles) in a step in which anybody asks.
 
@@ -77,11 +77,11 @@ class Sight:
 
     @property
     def count(self) -> int:
-        """How many have been seen so far."""
+        """The number of ordinary vehicles seen so far."""
         return len(self._met)
 
     def plan(self, ways: Ways) -> None:
-        """Read the ways before the gated vehicles, the first time or anew."""
+        """Read the paths of the gated vehicles, at the start or after a change."""
         self._tables |= ways.tables
         ways.place_on_lanes(self._tables["lanes"])
         numbers = (self._keeper.number(state) for state in ways.states)
@@ -104,7 +104,7 @@ class Sight:
         made[: len(before)] = before
 
     def look(self) -> None:
-        """See where they are now."""
+        """Read the present positions of the ordinary vehicles."""
         traffic = self._traffic
         if self._seen_s == traffic.now_s:
             return
@@ -239,7 +239,7 @@ class Sight:
                 is_open[approach] = self._timetable.is_open(light, link)
 
     def give_way(self) -> None:
-        """Tell gated vehicles how to give way; once a step (`loopgate.drive.yielding`)."""
+        """Make gated vehicles yield to ordinary vehicles; call once a step (`loopgate.drive.yielding`)."""
         self.look()
         told = self._keeper.ask(drive.GIVE_WAY)
         if not told:

@@ -30,7 +30,7 @@ _PROMISE = (
 
 
 class Surroundings:
-    """Gives the drive its view of ordinary traffic and lights, and their figures.
+    """Ordinary traffic and traffic lights, as the drive sees them, and their figures.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Surroundings:
             self._sight = Sight(self._roads, traffic, engine, keeper, timetable)
 
     def plan(self, itineraries: Iterable[Itinerary], tracks: Iterable[Track]) -> None:
-        """Read the paths of the vehicles, the first time or anew.
+        """Read the paths of the gated vehicles, at the start or after a change.
 
         Parameters
         ----------
@@ -84,7 +84,7 @@ class Surroundings:
 
     @property
     def each_step(self) -> list[Callable[[], None]]:
-        """Functions to be called after each step."""
+        """The functions to call after each step."""
         return [self._sight.give_way] if self._sight is not None else []
 
     def report(self) -> dict[str, Any]:

@@ -20,7 +20,7 @@ __all__ = ["Ways"]
 
 
 class Ways:
-    """The tables of the ways of all loops.
+    """The tables of the crossings ahead on all loops.
 
     Parameters
     ----------
@@ -65,11 +65,11 @@ class Ways:
 
     @property
     def states(self) -> Sequence[str]:
-        """The places' states by number."""
+        """The states of all places, by number."""
         return list(self._places)
 
     def place_on_lanes(self, lanes: Any) -> None:  # noqa: ANN401  a table, by column
-        """Let lanes know the first place on them."""
+        """Enter in each lane the first place on it."""
         lanes["place"] = NOBODY
         where = [(self._ways[way], number) for number, way in enumerate(self._places.values())]
         for (_, _, lane, *_), number in sorted(where, key=lambda one: one[0][3], reverse=True):

@@ -24,7 +24,7 @@ def attach(
     starving_s: float = 600.0,
     standing: str = "contain",
 ) -> Attached:
-    """Put vehicles of a running simulation under a gate.
+    """Put vehicles of your running SUMO simulation under a gate.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ _OPEN: list["Attached"] = []
 
 
 class Attached:
-    """A gate over vehicles of a running simulation; made by `attach`, to be used in a ``with`` statement.
+    """A gate over vehicles of your running simulation; made by `attach` and used in a ``with`` statement.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class Attached:
 
     @property
     def events(self) -> pd.DataFrame:
-        """The events so far, as a table of `EVENT_COLUMNS`."""
+        """All events so far, as a table with the columns `EVENT_COLUMNS`."""
         return self._recorder.read() if self._events is None else self._events
 
     @property
@@ -122,7 +122,7 @@ class Attached:
         return self._entrance.fleet
 
     def add(self, *vehicles: str) -> None:
-        """Take vehicles under the gate as soon as that can be; until then they are held back.
+        """Put vehicles under the gate; a vehicle that cannot join yet waits and drives as ordinary traffic.
 
         Parameters
         ----------
@@ -192,7 +192,7 @@ class Attached:
         return loop
 
     def leave(self, *vehicles: str) -> None:
-        """Let vehicles go: they drive on by SUMO's rules, to the end of the route they had.
+        """Release vehicles from the gate; they drive on by SUMO's rules on the rest of their old route.
 
         Raises
         ------
@@ -209,7 +209,7 @@ class Attached:
             self._send_home(vehicle)
 
     def block(self, *names: str) -> None:
-        """Block a vehicle, edge or lane that stands for good: no vehicle enters, vehicles are led round it.
+        """Close a vehicle's place, an edge or a lane: no vehicle enters, and vehicles are led round it.
 
         A vehicle that stands on the road at a stop for more than 300 s needs not be named.
 
@@ -226,7 +226,7 @@ class Attached:
         self._contained.block(names)
 
     def free(self, *names: str) -> None:
-        """Free a blocked vehicle, edge or lane: vehicles go back to their loops.
+        """Reopen a blocked vehicle's place, edge or lane: vehicles go back to their loops.
 
         Raises
         ------
@@ -310,12 +310,12 @@ class Attached:
 
     @property
     def vehicles(self) -> tuple[str, ...]:
-        """The vehicles under the gate."""
+        """The names of the vehicles under the gate."""
         return tuple(sorted(self._fleet.members))
 
     @property
     def waiting(self) -> tuple[str, ...]:
-        """The vehicles that wait to come under it."""
+        """The names of the vehicles that have been added and wait to come under the gate."""
         return tuple(sorted(self._entrance.newcomers))
 
     def _look_for_standstill(self) -> None:
@@ -356,7 +356,7 @@ class Attached:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Figures so far; by the names of ``summary.json`` where that has them."""
+        """Figures so far, as a mapping with the keys of ``summary.json``."""
         if self._final is not None:
             return self._final
         return self._figures() | self._fleet.around.report()

@@ -12,7 +12,7 @@ __all__ = ["far_side"]
 
 
 def far_side(itineraries: Iterable[Itinerary], number: Callable[[str], int | None]) -> frozenset[int]:
-    """Return the numbers of the states on the eastern side: as many are on the other, by their middles.
+    """Return the states in the eastern half of the network, which has as many states as the western half.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _GUESS_AFTER_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Deadlock:
-    """A circular wait.
+    """A deadlock: vehicles that wait for each other in a circle.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
 
 
 class Watched(Protocol):
-    """The part of a running or played-back simulation that `DeadlockDetector` needs."""
+    """The interface of a running or played-back simulation that `DeadlockDetector` needs."""
 
     @property
     def now_s(self) -> float:
@@ -88,7 +88,7 @@ class Watched(Protocol):
 
 
 class DeadlockDetector:
-    """Looks at the vehicles now and then and names each circular wait once.
+    """Checks the vehicles at intervals, and reports each circular wait once.
 
     A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
     refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
@@ -144,7 +144,7 @@ class DeadlockDetector:
         """Vehicles that were at a red light, or at a stop, at each check since then; None where one moved."""
 
     def check(self) -> Deadlock | None:
-        """Return a deadlock that was not known before, or None. Call every few seconds."""
+        """Return a deadlock not reported before, or None; call every few seconds."""
         now = self._traffic.now_s
         vehicles, at_m = self._odometers()
         still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, at_m, now).tolist()}
@@ -221,11 +221,11 @@ class DeadlockDetector:
 
     @property
     def held_up(self) -> frozenset[str]:
-        """The vehicles known never to move again by themselves."""
+        """The vehicles known to be stuck: in a deadlock, or behind one."""
         return frozenset(self._known)
 
     def standing_s(self, vehicle: str) -> float:
-        """Return for how long `vehicle` had been standing at the last check [s]."""
+        """Return the time for which a vehicle had stood at the last check [s]."""
         number = self._number.get(vehicle)
         return 0.0 if number is None else self._traffic.now_s - float(self._since_s[number])
 

@@ -16,18 +16,18 @@ Row = tuple[float, int, float, float, int]
 
 
 def flow_table(rows: list[Row]) -> pd.DataFrame:
-    """Return rows as a table of `FLOW_COLUMNS`."""
+    """Return rows as a table with the columns `FLOW_COLUMNS`."""
     return pd.DataFrame(rows, columns=list(FLOW_COLUMNS))
 
 
 def loop_table(ways: Mapping[str, Sequence[tuple[float, str]]]) -> pd.DataFrame:
-    """Return `LOOP_COLUMNS` of loops, each with its edges and where they begin [m]."""
+    """Return a table with the columns `LOOP_COLUMNS`: the edges of each loop, and where they begin [m]."""
     rows = [(loop, edge, begin_m) for loop, edges in ways.items() for begin_m, edge in edges]
     return pd.DataFrame(rows, columns=list(LOOP_COLUMNS))
 
 
 class FlowMeter:
-    """Takes down how all vehicles together get on, which the drive counts in each step, gate or no gate.
+    """Records distance, laps and standing of all vehicles together at intervals.
 
     Parameters
     ----------
@@ -42,5 +42,5 @@ class FlowMeter:
         """For `flow_table`."""
 
     def look(self) -> None:
-        """Write a row about the time since the last one; call every `FLOW_EVERY_S`."""
+        """Add a row about the time since the last row; call every `FLOW_EVERY_S`."""
         self.rows.append((self._traffic.now_s, *self._engine.take_flow()))

@@ -23,7 +23,7 @@ _SCHEMA = pa.schema(
 
 
 class FrontRecorder:
-    """Writes ``fronts.parquet``, in memory that does not grow with the run.
+    """Writes the positions of all vehicles to ``fronts.parquet`` during the run, in bounded memory.
 
     Nothing is asked of the simulator, so it costs about a hundredth of a run.
 
@@ -54,7 +54,7 @@ class FrontRecorder:
         self._changes = -1
 
     def look(self) -> None:
-        """Take note of the step that was made."""
+        """Record the positions after a step."""
         engine = self._engine
         if self._changes != engine.changes:  # some may have come since the step
             code = self._recorder.code
@@ -69,7 +69,7 @@ class FrontRecorder:
             self._flush()
 
     def close(self) -> None:
-        """Write the remaining rows and finish the file; may be called twice."""
+        """Write the remaining rows and close the file; a second call does nothing."""
         try:
             self._flush()
         finally:

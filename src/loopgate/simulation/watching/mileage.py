@@ -28,7 +28,7 @@ _COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s"
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """The mileage of a vehicle in the measured time.
+    """The distance and times of one vehicle in the measured time.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class Driven:
 
 
 class Mileage:
-    """Counts distance and standing of vehicles without a gate, as `loopgate.drive.sense` does for loops.
+    """Counts distance and standing of vehicles that no gate controls.
 
     The distance is what was driven: where the odometer leaps, as SUMO's does when a train turns round, the
     speed counts in that step.
@@ -77,7 +77,7 @@ class Mileage:
         self._steps, self._standing, self._metres = 0, 0, 0.0
 
     def look(self) -> None:
-        """Count the last step; call after each."""
+        """Count the last step; call after each step."""
         traffic, now, step_s = self._traffic, self._traffic.now_s, self._traffic.step_s
         for vehicle in traffic.arrived():
             if vehicle in self._row_of:
@@ -129,14 +129,14 @@ class Mileage:
         self._driven_m[:] = self._stood_s[:] = 0.0
 
     def flow(self) -> Row:
-        """Return the row of the table of flow about the time since the last one."""
+        """Return the row of the flow table for the time since the last row."""
         standing = self._standing / max(1, self._steps)
         row = self._traffic.now_s, len(self._there), standing, self._metres, 0
         self._steps, self._standing, self._metres = 0, 0, 0.0
         return row
 
     def of(self, trip: Trip) -> Driven:
-        """Return the figures of a trip's vehicle in the measured time."""
+        """Return distance and times of a vehicle in the measured time."""
         vehicle, step_s = trip.vehicle, self._traffic.step_s
         row = self._row_of.get(vehicle)
         gone_s = self._gone_s.get(vehicle, self._traffic.now_s)

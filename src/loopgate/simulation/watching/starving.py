@@ -52,7 +52,7 @@ class Sink:
     victims: set[str]
 
     def figures(self) -> dict[str, Any]:
-        """Return it for ``summary.json``."""
+        """Return the entry about this vehicle for ``summary.json``."""
         return {
             "behind": self.vehicle,
             "lane": self.lane,
@@ -68,7 +68,7 @@ def _unknown(_: str) -> str:
 
 
 class StarvationWatch:
-    """Checks all gated vehicles at intervals, and names the vehicles that starve.
+    """Checks all gated vehicles at intervals, and reports vehicles that starve.
 
     A vehicle starves if for `after_s` it has been granted no place and has not driven a hundred metres,
     and it is not at a stop of its own. It starves behind the first
@@ -108,7 +108,7 @@ class StarvationWatch:
         """All that were found, by vehicle and reason."""
 
     def check(self, *, deadlocked: bool = False) -> None:
-        """Look at all vehicles, unless some are in a deadlock. Call every few seconds. O(vehicles)."""
+        """Check all vehicles; call every few seconds. O(vehicles)."""
         if deadlocked:
             return  # that tells who waits for whom
         now = self._traffic.now_s

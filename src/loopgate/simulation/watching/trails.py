@@ -27,7 +27,7 @@ def _kept() -> deque[Any]:
 
 
 class Trails:
-    """Remembers over which lanes vehicles came, and when gated vehicles got their grants.
+    """Records the lanes that vehicles came over, and the times of grants of gated vehicles.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class Trails:
         self._grants: dict[str, deque[tuple[float, int]]] = defaultdict(_kept)
 
     def look(self, now: float, here: Whereabouts) -> None:
-        """Take note of where vehicles are; once a step."""
+        """Record the lanes of all vehicles; call once a step."""
         engine = self._engine
         if engine.changes != self._changes:
             self.catch_up()
@@ -60,7 +60,7 @@ class Trails:
             self.catch_up()
 
     def catch_up(self) -> tuple[list[tuple[str, str, str]], list[str]]:
-        """Return changes of lane by vehicle since the last call, and the vehicles that are gone."""
+        """Return the lane changes since the last call by vehicle, and the vehicles that have left."""
         moved: list[tuple[str, str, str]] = []
         gone: list[str] = []
         for now, here, granted in self._seen:
@@ -87,12 +87,12 @@ class Trails:
         return moved, gone
 
     def back(self, vehicle: str) -> Iterator[tuple[float, str]]:
-        """Yield when a vehicle came onto which lanes, last one first, as far as that is remembered."""
+        """Yield the lanes that a vehicle came over with the times, the last lane first."""
         self.catch_up()
         return reversed(self._lanes.get(vehicle, ()))
 
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
-        """Return since when a vehicle has been on some lanes, or inside junctions about them [s].
+        """Return the time since which a vehicle has been on some lanes, or in their junctions [s].
 
         For a gated one that is the grant on which it came, before which it could have been refused; of
         several the last.
@@ -106,7 +106,7 @@ class Trails:
         return max((at_s for at_s, _ in grants if at_s <= came_s), default=came_s)
 
     def last(self, vehicles: Iterable[str], lanes: Collection[str]) -> tuple[str, float]:
-        """Return the vehicle that came last onto some lanes, and when [s]."""
+        """Return the vehicle that came last onto some lanes, and the time [s]."""
         self.catch_up()
         there = [v for v in vehicles if v in self._lanes and self._lanes[v][-1][1] in lanes]
         at_s, vehicle = max((self.came_s(v, lanes), v) for v in there)

@@ -19,7 +19,7 @@ _ROUNDING_M = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Trip:
-    """SUMO's figures of one vehicle.
+    """SUMO's figures of one vehicle's trip.
 
     Attributes
     ----------
@@ -58,11 +58,11 @@ class Trip:
 
     @property
     def delay_s(self) -> float:
-        """Time loss and depart delay together [s]."""
+        """The delay of the trip [s]: time loss and wait to depart together."""
         return self.time_loss_s + self.depart_delay_s
 
     def last_part_m(self, odometer_m: float, most_m: float) -> float:
-        """Return how far the vehicle drove in the step in which it arrived, when it had no odometer [m].
+        """Return the distance driven in the step of the arrival, which the odometer misses [m].
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class Trip:
 
 
 def read_trips(file: Path, *, held: bool = False, interrupted: bool = False) -> dict[str, Trip]:
-    """Read ``tripinfo.xml``.
+    """Read the trips in SUMO's output ``tripinfo.xml``.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def gated_trips(
     arrived: Container[str],
     outside: Container[str] = (),
 ) -> dict[str, Trip]:
-    """Return the trips of vehicles under a gate, which puts them in itself.
+    """Return the trips of gated vehicles.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ def gated_trips(
 
 
 def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
-    """Return the figures of due trips for ``summary.json``; empty if there are no trips.
+    """Return the figures of all trips that were due, for ``summary.json``; empty without trips.
 
     Means are over all of them: one that is still under way counts with what it has lost so far, one that has
     not departed with its wait to depart, and has lost nothing on the way. Only the mean time of a trip is

@@ -30,7 +30,7 @@ _RED = frozenset("ru")
 
 @dataclass(frozen=True, slots=True)
 class CollisionVerdict:
-    """The vehicle that erred in a collision, and why.
+    """A judgement on a collision: the vehicle that erred, and the rule that it broke.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class CollisionVerdict:
     before: Mapping[str, tuple[str, float, float]]
 
     def figures(self) -> dict[str, Any]:
-        """Return it for ``summary.json``."""
+        """Return the judgement as an entry for ``summary.json``."""
         return asdict(self)
 
 
@@ -78,7 +78,7 @@ class _Entry(NamedTuple):
 
 
 class Verdicts:
-    """Remembers for some seconds where all vehicles were, and judges collisions by that.
+    """Keeps the positions of all vehicles for some seconds, and judges collisions by them.
 
     In this order, where it applies:
 
@@ -110,7 +110,7 @@ class Verdicts:
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
 
     def look(self) -> None:
-        """Store the positions of all vehicles, once a step. O(vehicles)."""
+        """Record the positions of all vehicles; call once a step. O(vehicles)."""
         now, here = self._traffic.now_s, self._traffic.whereabouts()
         self.trails.look(now, here)
         if self._lit:
@@ -148,7 +148,7 @@ class Verdicts:
         return self._traffic.light(light).state[link]
 
     def judge(self, collision: Collision) -> CollisionVerdict | None:
-        """Return the vehicle that erred; None unless exactly one of the two is gated."""
+        """Return the judgement on a collision; None unless exactly one of the two vehicles is gated."""
         pair = collision.collider, collision.victim
         own = [vehicle for vehicle in pair if vehicle in self._engine.records]
         if len(own) != 1:

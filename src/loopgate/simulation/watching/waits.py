@@ -13,7 +13,7 @@ before it can. A vehicle that is no key moves, or stands for a reason that passe
 
 
 def circular_wait(waits: WaitFor, stuck: AbstractSet[str]) -> list[str]:
-    """Return one circle of `stuck` vehicles, each waiting for the next and the last for the first.
+    """Return a circle of `stuck` vehicles: each waits for the next, and the last for the first.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _MARGIN_M = 40.0
 
 
 class Shown(Protocol):
-    """Traffic with a window."""
+    """The interface of a simulation with a window (sumo-gui)."""
 
     @property
     def now_s(self) -> float:
@@ -34,16 +34,16 @@ class Shown(Protocol):
         ...
 
     def show(self, low: tuple[float, float], high: tuple[float, float]) -> None:
-        """Let the window show a part of the map, between two corners [m]."""
+        """Move the view to a part of the map between two corners [m]."""
         ...
 
     def paint(self, vehicle: str, colour: tuple[int, int, int]) -> None:
-        """Give a vehicle a colour."""
+        """Set the colour of a vehicle."""
         ...
 
 
 class Window:
-    """Paints vehicles when their state changes.
+    """Colours vehicles in sumo-gui by their state.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Window:
         self._painted = np.full(len(self._ids), -1)
 
     def look(self) -> None:
-        """Paint the vehicles whose state has changed."""
+        """Update the colours of vehicles whose state has changed."""
         if self._changes != self._engine.changes:
             self._number()
         table, now = self._engine.vehicles, self._traffic.now_s

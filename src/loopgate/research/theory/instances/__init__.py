@@ -21,7 +21,7 @@ TABLE1_STARTS = (
 
 
 def instance_names() -> list[str]:
-    """Return the names of the systems kept as files, sorted."""
+    """Return the names of all example systems, sorted."""
     return sorted(
         entry.name.removesuffix(".json")
         for entry in files(__name__).iterdir()
@@ -30,7 +30,7 @@ def instance_names() -> list[str]:
 
 
 def instance(name: str) -> System:
-    """Return the system called `name`, such as ``fig10`` or ``unsound_n5``.
+    """Return the example system called `name`, such as ``fig10`` or ``unsound_n5``.
 
     Raises `SystemFileError` if there is none of that name.
     """
@@ -42,7 +42,7 @@ def instance(name: str) -> System:
 
 
 def fig7(robots: int) -> System:
-    """Return the family of Fig. 7: `robots` of them, from 4 up, that form a deadlock of order ``robots - 3``.
+    """Return a system of the paper's Fig. 7: `robots` (at least 4) with a deadlock of order ``robots - 3``.
 
     With m robots, t and x for the states: r1 runs t1 x1 ... x(m-3) t2, r2 runs t2 t3, r(m-i) runs
     t(m-i) xi t(m-i+1) for i from 1 to m-3, and rm runs tm t1 (proof of Lemma 2). A private end state of each
