@@ -23,28 +23,19 @@ from typing import Any, cast
 import pandas as pd
 import sumo
 
-from loopgate.abstraction.itinerary import Abstraction, Leg
+from loopgate.abstraction.itinerary import Abstraction
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
-from loopgate.control.ledger import Ledger
-from loopgate.control.lights import light
-from loopgate.control.ordinary import traffic as ordinary_traffic
-from loopgate.control.refusal import Rule
-from loopgate.control.rules import Reserve, usual
-from loopgate.control.sight import Sight
 from loopgate.control.way import Way
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
-from loopgate.simulation.around.laid_roads import LaidRoads
-from loopgate.simulation.around.obeyed import Lamps, signals_in
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.by_ledger import slots_of, spacing_of
+from loopgate.simulation.by_ledger import make_driving, slots_of
 from loopgate.simulation.ledger_departures import due_of, way_of
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -125,36 +116,6 @@ class Turnover:
                 self.joined += 1
 
 
-def driving_of(
-    scenario: Scenario,
-    assembly: Assembly,
-    traffic: Traffic,
-    drawn: Sequence[Sequence[Leg]],
-    *,
-    everybody: bool,
-) -> Driving:
-    """Return what drives vehicles on such ways, under the rules of the scenario; nobody is there yet."""
-    lamps, slots = Lamps(traffic), slots_of(assembly)
-    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
-    spacing, reserve = spacing_of(scenario, assembly, traffic), Reserve()
-    outside: list[Rule] = [spacing.holds] if spacing is not None else []
-    outside += [light] if signals else []
-    around = LaidRoads(assembly.network, lamps.__getitem__) if traffic.gives_way else None
-    sight = Sight(around.map, traffic) if around is not None else None
-    if around is not None and sight is not None:
-        outside.append(ordinary_traffic(sight, around.slack))
-    return Driving(
-        traffic,
-        Layout(slots, drawn, signals, around.add if around else None),
-        Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s),
-        sight,
-        assembly.stops,
-        around.slack.has_room if around else lambda _: True,
-        reserve,
-        spacing,
-    )
-
-
 def places_of(scenario: Scenario, assembly: Assembly) -> tuple[Path, ...]:
     """Return the additional files with stopping places."""
     return tuple(dict.fromkeys((*scenario.stop_files, *assembly.stop_files)))
@@ -203,7 +164,6 @@ def drive(
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     later = [one.track for one in assembly.departures if one.track]
     system = cast("Abstraction", assembly.abstraction).system
-    drawn = list({id(way.legs): way.legs for way in [*ways, *map(way_of, later)]}.values())
     collisions: set[tuple[str, str]] = set()
     left: list[tuple[Account, str]] = []
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
@@ -220,7 +180,7 @@ def drive(
         traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
-            driving = driving_of(scenario, assembly, traffic, drawn, everybody=everybody)
+            driving = make_driving(scenario, assembly, traffic, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
             driving.on_leaving = lambda account, why: left.append((account, why))
             driving.lay([way_of(track) for track in later])

@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import heart  # in analysis/
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
@@ -108,6 +109,22 @@ def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
     assert mine["stops"]["served"] > 10
     assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
     assert {"spacing"} <= mine["refusals"].keys() & theirs["refusals"].keys()
+
+
+def test_loops_drive_among_ordinary_traffic(folder: Path, tmp_path: Path) -> None:
+    """Not less far than under the tables, clean by positions, with the same figures of the others."""
+    trips = tmp_path / "ordinary.rou.xml"
+    heart.draw_trips(GRID, 3.0, 300.0, 1, trips)
+    given: dict[str, Any] = {
+        "network": GRID, "vehicles": 60, "loops": 30, "traffic": str(trips), "duration_s": 300.0
+    }  # fmt: skip
+    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    assert mine["clean"]
+    assert mine["collisions"] == mine["collisions_by_others"] == mine["trespasses"] == 0
+    assert mine.keys() == theirs.keys()
+    assert mine["others"] == theirs["others"]
+    assert mine["distance_km"] > 0.95 * theirs["distance_km"]  # one seed scatters by a tenth
+    assert mine["refusals"]["traffic"] == pytest.approx(theirs["refusals"]["traffic"], rel=0.25)
 
 
 def test_what_observers_write_fits_together(folder: Path) -> None:

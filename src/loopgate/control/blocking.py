@@ -6,7 +6,10 @@ from collections.abc import Collection, Iterator
 from math import inf
 
 from loopgate.control.chain import closes
+from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
+from loopgate.control.roads import BEYOND_M, Lane, Other
+from loopgate.control.slack import Slack
 from loopgate.gates.base import Reason
 
 _NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
@@ -41,6 +44,59 @@ def ahead(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[Vehicle]:
         return wanted.line[:1]  # it waits behind one that is to stop
     found = {other for some in blockers(vehicle, everybody) for other in some}
     return sorted(found - {vehicle}, key=lambda one: one.number)
+
+
+def outside(vehicle: Vehicle, slack: Slack, everybody: Collection[Vehicle]) -> list[list[str]]:
+    """Return as `blockers` does, by name, whom of ordinary traffic a vehicle waits for.
+
+    Whatever it was refused for last: that may have passed since, and what is outside not.
+    """
+    wanted = vehicle.wanted()
+    if not vehicle.asks or wanted is None or vehicle.reason == Reason.STOP:
+        return []
+    found = [[other.name] for other in dict.fromkeys(_before(vehicle))]
+    if is_too_full(vehicle):
+        inside = dict.fromkeys(other.name for other in _inside(vehicle))
+        found.append([*inside, *(body.vehicle.name for body in wanted.bodies)])
+    elif slack.too_tight(vehicle):
+        found.append([other.name for other in everybody if other is not vehicle])
+    return found
+
+
+def _before(vehicle: Vehicle) -> Iterator[Other]:
+    """Yield the ordinary vehicles before a vehicle on its lane, or across its way."""
+    here = vehicle.leg.stretch
+    if here is None:
+        return
+    front_m = here.end_m - vehicle.left_m()
+    for other in here.lane.fronts:
+        if front_m < other.position_m <= here.end_m + BEYOND_M:
+            yield other
+    for over in vehicle.leg.passes:
+        for across in over.lookout.across if over.lookout is not None else ():
+            yield from _upon(across.lane, across.past_m)
+    for lane in here.between:
+        yield from _upon(lane, inf)
+
+
+def _upon(lane: Lane, past_m: float) -> Iterator[Other]:
+    """Yield the ordinary vehicles on a lane, and those of whose rears some part is before `past_m`."""
+    yield from lane.fronts
+    for rear in lane.rears:
+        if rear.rear_m < past_m:
+            yield rear.other
+
+
+def _inside(vehicle: Vehicle) -> Iterator[Other]:
+    """Yield the ordinary vehicles in the place that a vehicle wants next, and those that drive into it."""
+    after = vehicle.leg.after
+    if after is None or after.stretch is None:
+        return
+    for other in after.stretch.lane.fronts:
+        if after.stretch.holds(other):
+            yield other
+    for lane in after.stretch.into:
+        yield from lane.fronts
 
 
 def _on_the_way(vehicle: Vehicle) -> Iterator[Vehicle]:

@@ -9,7 +9,7 @@ from math import inf, sqrt
 from typing import Final
 
 from loopgate.control.motion import time_s
-from loopgate.control.places import Leg, Vehicle
+from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.roads import BEYOND_M, STANDING_MPS, Coming, Lookout, Other
 from loopgate.control.sight import HORIZON_S, Sight
@@ -37,9 +37,9 @@ def traffic(sight: Sight, slack: Slack) -> Rule:
     def gives_way(vehicle: Vehicle, now_s: float) -> Refusal | None:
         if not sight.others:
             return None
-        after = vehicle.leg.after
-        if after is not None and _is_too_full(after, vehicle):
-            return Refusal("traffic", [after.place], outside=True)
+        wanted = vehicle.wanted()
+        if wanted is not None and is_too_full(vehicle):
+            return Refusal("traffic", [wanted], outside=True)
         if _meets(vehicle, now_s):
             return Refusal("traffic")
         tight = slack.too_tight(vehicle)
@@ -48,9 +48,10 @@ def traffic(sight: Sight, slack: Slack) -> Rule:
     return gives_way
 
 
-def _is_too_full(after: Leg, vehicle: Vehicle) -> bool:
-    """Return whether ordinary vehicles take the room on the leg that a vehicle wants next."""
-    if after.stretch is None:
+def is_too_full(vehicle: Vehicle) -> bool:
+    """Return whether ordinary vehicles take the room in the place that a vehicle wants next."""
+    after = vehicle.leg.after
+    if after is None or after.stretch is None:
         return False
     holders = [body.vehicle for body in after.place.bodies]
     return fit(after.stretch, holders, vehicle.make.length_m) < 1.0

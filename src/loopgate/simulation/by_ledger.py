@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Abstraction
@@ -10,18 +11,18 @@ from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
-from loopgate.control.parking import Parking
+from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.control.spacing import Ring, Spacing
-from loopgate.control.stops import Stops
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.drives import Made
+from loopgate.simulation.drives import Made, Reports
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.ledger_departures import LedgerDepartures, way_of
@@ -46,7 +47,6 @@ def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
         f"negotiation {scenario.negotiation}": scenario.rule_for_negotiation != "pressure",
         f"decide {scenario.decide}": scenario.by_messages is not None,
         f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
-        "ordinary traffic": bool(scenario.traffic or assembly.others),
         "loops that depart later": any(one.start.loop.closed for one in assembly.departures),
         "incidents, or stops that vehicles are led round": assembly.contains,
         "trips that SUMO leads another way": bool(assembly.anew),
@@ -75,8 +75,8 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
 class _Stops:
     """Figures of the stops that vehicles make under the ledger."""
 
-    def __init__(self, stops: Stops, parking: Parking) -> None:
-        self._stops, self._parking = stops, parking
+    def __init__(self, driving: Driving) -> None:
+        self._stops, self._parking = driving.stops, driving.parking
 
     def of(self, vehicle: str) -> Made:
         """Return the figures of the stops of a vehicle."""
@@ -108,33 +108,68 @@ def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spac
     return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
 
 
+class _Around:
+    """Figures of all that is about, one after the other."""
+
+    def __init__(self, *every: Reports) -> None:
+        self._every = every
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures for ``summary.json``."""
+        return {name: figure for one in self._every for name, figure in one.report().items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Laid:
+    """What drives the vehicles of a scenario, and the roads if there is ordinary traffic on them."""
+
+    driving: Driving
+    around: Reports
+    roads: LaidRoads | None
+
+
+def make_driving(
+    scenario: Scenario, assembly: Assembly, traffic: Traffic, *, everybody: bool = False
+) -> Laid:
+    """Return what drives the vehicles of a scenario; nobody is there yet. `everybody` as in `Ledger`."""
+    abstraction = cast("Abstraction", assembly.abstraction)
+    tracks = [*assembly.tracks, *(one.track for one in assembly.departures if one.track is not None)]
+    drawn = list({id(track.legs): track.legs for track in tracks}.values())
+    lamps, reserve = Lamps(traffic), Reserve()
+    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
+    roads = None
+    if scenario.traffic or assembly.others:
+        roads = LaidRoads(assembly.network, traffic, lamps.__getitem__)
+    spacing = spacing_of(scenario, assembly, traffic)
+    outside: list[Rule] = [spacing.holds] if spacing else []
+    outside += [light] if signals else []
+    outside += [among(roads.sight, roads.slack)] if roads else []
+    driving = Driving(
+        traffic,
+        Layout(slots_of(assembly), drawn, signals, roads.add if roads else None),
+        Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s),
+        sight=roads.sight if roads else None,
+        stops=assembly.stops,
+        has_room=roads.has_room if roads else lambda _: True,
+        reserve=reserve,
+        spacing=spacing,
+    )
+    lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
+    return Laid(driving, _Around(lights, *([roads] if roads else [])), roads)
+
+
 def open_ledger(
     scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, gate: Gate
 ) -> Session:
     """Return a session in which the ledger drives; `check` has let the scenario pass."""
-    abstraction = cast("Abstraction", assembly.abstraction)
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
-    later = [way_of(one.track) for one in assembly.departures if one.track is not None]
-    drawn = list({id(way.legs): way.legs for way in [*ways, *later]}.values())
-    lamps, reserve = Lamps(traffic), Reserve()
-    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
-    spacing = spacing_of(scenario, assembly, traffic)
-    outside: list[Rule] = [spacing.holds] if spacing else []
-    outside += [light] if signals else []
-    slots = slots_of(assembly)
-    driving = Driving(
-        traffic,
-        Layout(slots, drawn, signals),
-        Ledger(usual(reserve, outside), step_s=scenario.step_s),
-        stops=assembly.stops,
-        reserve=reserve,
-        spacing=spacing,
-    )
-    around = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
-    drive, stops = LedgerDrive(traffic, recorder, driving, ways, gate), _Stops(driving.stops, driving.parking)
+    laid = make_driving(scenario, assembly, traffic)
+    driving, slack = laid.driving, laid.roads.slack if laid.roads else None
+    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
-        room = sum(most for most in slots.values() if most < _NEVER_FULL)
+        room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
         departures = LedgerDepartures(assembly.departures, assembly.network, traffic, driving, room)
         looks.append(departures.look)
-    return Session(traffic, drive, recorder, drive, around, stops, departures, None, None, tuple(looks), ())
+    stops, each_step = _Stops(driving), tuple(looks)
+    return Session(traffic, drive, recorder, drive, laid.around, stops, departures, None, None, each_step, ())

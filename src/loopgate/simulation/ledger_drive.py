@@ -11,8 +11,9 @@ import numpy as np
 
 from loopgate.arrays import Floats, Ints
 from loopgate.control.accounts import Account
-from loopgate.control.blocking import ahead, blockers
+from loopgate.control.blocking import ahead, blockers, outside
 from loopgate.control.driving import Driving
+from loopgate.control.slack import Slack
 from loopgate.control.way import Way
 from loopgate.drive.histogram import Histogram
 from loopgate.errors import TrafficError
@@ -35,12 +36,21 @@ class LedgerDrive:
         Of the vehicles that are there from the beginning.
     gate
         Whose promise holds.
+    slack
+        Of ordinary traffic, if there is any.
     """
 
     def __init__(
-        self, traffic: Traffic, recorder: Recorder, driving: Driving, ways: Sequence[Way], gate: Gate
+        self,
+        traffic: Traffic,
+        recorder: Recorder,
+        driving: Driving,
+        ways: Sequence[Way],
+        gate: Gate,
+        slack: Slack | None = None,
     ) -> None:
         self._traffic, self._recorder, self.driving, self._ways = traffic, recorder, driving, ways
+        self._slack = slack
         self._ledger = driving.ledger
         self.gate = gate
         self.sent = 0
@@ -175,9 +185,10 @@ class LedgerDrive:
         return None if account is None or account.halted_s == inf else partial(self._refusal, vehicle)
 
     def _refusal(self, name: str) -> tuple[list[list[str]], str]:
-        every = self._ledger.vehicles
-        sets = blockers(every[name], every.values())
-        return [[other.name for other in some] for some in sets], self.wanted(name)
+        vehicle, every = self._ledger.vehicles[name], self._ledger.vehicles.values()
+        sets = [[other.name for other in some] for some in blockers(vehicle, every)]
+        sets += [] if self._slack is None else outside(vehicle, self._slack, every)
+        return sets, self.wanted(name)
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that one waits for: the first in its line, else those that block it."""

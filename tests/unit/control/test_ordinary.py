@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from loopgate.control.blocking import outside
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.ledger import Ledger
 from loopgate.control.ordinary import traffic
@@ -60,7 +61,7 @@ class Scene:
         self.edges = edges
         self.told = Told()
         self.sight = Sight(Map({}, {}, {}), self.told)  # type: ignore[arg-type]
-        slack = Slack()
+        self.slack = Slack()
         places = Place("here", 9), Place("next", figures.pop("slots", 9))
         self.path: list[Leg] = path_of(list(places), closed=True)
         here, after = self.path
@@ -73,8 +74,8 @@ class Scene:
             [Across(self.foe, 15.0, unseen=False)], [Approach(self.turn)], 0.0, 20.0, 10.0, **figures
         )
         here.passes = [over]
-        slack.know(self.path)
-        self.rule = traffic(self.sight, slack)
+        self.slack.know(self.path)
+        self.rule = traffic(self.sight, self.slack)
         self.ledger = Ledger([self.rule])
         self.car = self.ledger.take_in("car", self.path, 0, CAR, 220.0)
         self.car.front_m, self.car.speed = 90.0, 0.0
@@ -203,3 +204,38 @@ def test_one_that_stands_with_nobody_in_its_way_keeps_no_right_of_way() -> None:
         scene.told.now_s = float(now_s)
         courtesy.look([car] if now_s == 10 else [])
     assert scene.told.first == {"car": True}
+
+
+def waits_for(scene: Scene) -> list[list[str]]:
+    """Return whom of ordinary traffic the vehicle waits for, which asks."""
+    scene.ledger.ask(scene.car)
+    return outside(scene.car, scene.slack, scene.ledger.vehicles.values())
+
+
+def test_a_vehicle_waits_for_each_that_is_before_it_or_across_and_not_past() -> None:
+    scene = Scene()
+    scene.put("here", 95.0)
+    scene.put("here", 85.0)
+    across, past = scene.put("foe", 10.0), scene.put("foe", 10.0)
+    scene.foe.fronts.clear()
+    scene.foe.rears = [Rear(across, 14.0), Rear(past, 16.0)]
+    assert waits_for(scene) == [["o0"], ["o2"]]
+
+
+def test_a_vehicle_waits_for_any_in_a_place_that_ordinary_ones_take() -> None:
+    """Those inside, and those of the ledger that hold slots there."""
+    scene = Scene(slots=13)
+    scene.ledger.take_in("held", scene.path, 1, CAR, 220.0)
+    names = [scene.put("next", 100.0 - 7.5 * number).name for number in range(12)]
+    assert waits_for(scene) == [[*names, "held"]]
+
+
+def test_a_vehicle_waits_for_anybody_where_a_circle_has_no_room_for_ordinary_ones() -> None:
+    scene = Scene(slots=5)
+    for number in range(4):
+        held = scene.ledger.take_in(f"v{number}", scene.path, 1, CAR, 220.0)
+        held.leg = SimpleNamespace(after=None, place=scene.path[1].place, passes=[], stretch=None)  # type: ignore[assignment]
+    scene.put("side", 0.0)
+    assert waits_for(scene) == [["v0", "v1", "v2", "v3"]]
+    scene.car.asks = False
+    assert outside(scene.car, scene.slack, scene.ledger.vehicles.values()) == []

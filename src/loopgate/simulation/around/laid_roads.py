@@ -1,23 +1,31 @@
-"""Lays roads with ordinary traffic out as objects of the ledger (`loopgate.control.roads`)."""
+"""Roads with ordinary traffic on them as objects of the ledger (`loopgate.control.roads`)."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.control.lamps import Lamp
-from loopgate.control.places import Leg
+from loopgate.control.places import Leg, Vehicle
 from loopgate.control.roads import Across, Approach, Edge, Lane, Lookout, Stretch, Turn
-from loopgate.control.sight import Map
+from loopgate.control.sight import Map, Sight
 from loopgate.control.slack import Slack
 from loopgate.network import RoadNetwork
 from loopgate.network.loop import LanePosition
 from loopgate.simulation.around.crossing_ways import CrossingWays, Movement
+from loopgate.traffic.base import Traffic
 
-__all__ = ["LaidRoads"]
+__all__ = ["PROMISE", "LaidRoads"]
+
+PROMISE = (
+    "The gate rules gated vehicles only: no grant closes a circle of gated vehicles, and they leave slots "
+    "free in each circle for ordinary vehicles. If there are more ordinary vehicles, they can block gated "
+    "vehicles for good. Between the two kinds only SUMO's right of way rules."
+)
+"""The promise that holds beside ordinary traffic."""
 
 
 class _Way(NamedTuple):
@@ -32,19 +40,20 @@ class _Behind(NamedTuple):
 
 
 class LaidRoads:
-    """The roads of a network with ordinary traffic, as the ledger looks at them.
+    """The roads of a network, the ordinary vehicles on them, and the lookouts of vehicles on their paths.
 
     Parameters
     ----------
-    network
-        The roads.
+    network, traffic
+        The roads, and the running simulation.
     lamp
         Returns a light by name.
     """
 
-    def __init__(self, network: RoadNetwork, lamp: Callable[[str], Lamp]) -> None:
+    def __init__(self, network: RoadNetwork, traffic: Traffic, lamp: Callable[[str], Lamp]) -> None:
         self._find, self._lamp = CrossingWays(network), lamp
         self.map = map_of(network)
+        self.sight = Sight(self.map, traffic)
         self.slack = Slack()
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
@@ -66,6 +75,14 @@ class LaidRoads:
             for number, lookout in behind.lookouts.items():
                 leg.passes[number].lookout = lookout
         self.slack.know(path)
+
+    def has_room(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle that comes back from beside the road has room among ordinary ones."""
+        return not self.sight.others or self.slack.has_room(vehicle)
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of ordinary traffic for ``summary.json``."""
+        return {"others": {"vehicles": self.sight.met, "promise": PROMISE}}
 
     def _behind(self, way: _Way, position: int) -> _Behind:
         """Return the lanes and lookouts behind a leg; legs that end before one crossing share them."""

@@ -13,6 +13,7 @@ from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.crossing_ways import CrossingWays
+from loopgate.simulation.around.laid_roads import PROMISE
 from loopgate.simulation.around.lights import Lights
 from loopgate.simulation.around.roads import Roads
 from loopgate.simulation.around.sight import Sight
@@ -20,13 +21,6 @@ from loopgate.simulation.around.ways import Ways
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Surroundings"]
-
-_PROMISE = (
-    "The gate rules gated vehicles only: no grant closes a circle of gated vehicles, and they leave slots "
-    "free in each circle for ordinary vehicles. If there are more ordinary vehicles, they can block gated "
-    "vehicles for good. Between the two kinds only SUMO's right of way rules."
-)
-"""The promise that holds beside ordinary traffic."""
 
 
 class Surroundings:
@@ -93,5 +87,5 @@ class Surroundings:
         if self._lights is not None:
             found |= self._lights.report()
         if self._sight is not None:
-            found["others"] = {"vehicles": self._sight.count, "promise": _PROMISE}
+            found["others"] = {"vehicles": self._sight.count, "promise": PROMISE}
         return found
