@@ -26,6 +26,8 @@ pytestmark = [
 RUNNER = f"{Path(__file__).parents[1] / 'unit' / 'sweep' / 'fake_runner.py'}:run"
 FULL: dict[str, Any] = {"vehicles": [10, 40, 80], "gate": ["open", "certified"], "seed": [1, 2, 3]}
 AXE = "axe.run().then(found => found.violations.map(v => [v.impact, v.id, v.nodes[0].html.slice(0, 120)]))"
+ALONE = """[...document.querySelectorAll('.tables')].filter(h => h.offsetHeight &&
+    getComputedStyle(h.nextElementSibling).page !== 'auto').map(h => h.textContent)"""  # a new page follows
 ROWS = "[...document.querySelectorAll('#throughput-table tbody tr')].map(r => r.cells[2].textContent)"
 
 
@@ -160,6 +162,8 @@ def test_every_figure_of_a_real_run_is_drawn(
             assert tab.value(BROKEN) == []
             broader = "[...document.querySelectorAll('.scroll table')].filter(t => t.offsetWidth > 1010)"
             assert tab.value(f"{broader}.map(t => t.id)") == []
+            assert tab.value(ALONE) == []
+        assert tab.value(f"[...document.querySelectorAll('p.first')].every(p => p.offsetWidth <= {width})")
         if name != "sweep":
             assert marks["unwatched"] > 300
             bare = "document.querySelectorAll('#unwatched path[stroke-dasharray]').length"

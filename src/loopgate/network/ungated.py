@@ -132,4 +132,4 @@ def in_ordinary_traffic(source: Path | str, whys: Mapping[str, str]) -> tuple[st
     for name, why in whys.items():
         by_reason.setdefault(why, []).append(name)
     said = "; ".join(f"{listed(names, _MOST_SHOWN)}: {why}" for why, names in by_reason.items())
-    return (f"{source}: {counted(len(whys), 'vehicle')} or flows in ordinary traffic: {said}",)
+    return (f"{source}: {counted(len(whys), 'vehicle')} (a flow counts once) in ordinary traffic: {said}",)
