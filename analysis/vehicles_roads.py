@@ -51,7 +51,8 @@ COLUMNS = (
 COSTS = (
     *("vehicles:loss=0.1", "vehicles:loss=0.2", "vehicles:loss=0.3", "vehicles:loss=0.4"),
     *("vehicles:delay=0", "vehicles:delay=0.2", "vehicles:delay=0.3", "vehicles:delay=0.5"),
-    *("vehicles:delay=1", "vehicles:range=30", "vehicles:range=40", "vehicles:range=60"),
+    *("vehicles:delay=1", "vehicles:range=23", "vehicles:range=30", "vehicles:range=40"),
+    "vehicles:range=60",
 )
 
 
@@ -86,7 +87,7 @@ def cases(
             (replace(start, duration_s=duration_s or 3600.0), (*HOUR, "vehicles:delay=0.3"))
             for start in SEGMENTS
         ],
-        "costs": [(_grid(300, duration_s=duration_s or 1200.0), ("central", "vehicles", *COSTS))],
+        "costs": [(_grid(300, duration_s=duration_s or 600.0), ("central", "vehicles", *COSTS))],
         "growth": list(_growing(duration_s or 600.0)) if "growth" in parts else [],
     }
     for seed in seeds:
