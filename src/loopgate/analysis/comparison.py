@@ -24,9 +24,9 @@ def compute_mean(
     """Return the mean of a column over the runs of each group, with Student's t interval.
 
     One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last three are
-    missing for a single run). An interval of what is negative in no run stops at 0.
+    missing for a single run). If no run has a negative value, the interval ends at 0.
 
-    Raises `AnalysisError` on a missing column or a level that is none.
+    Raises `AnalysisError` on a missing column or an invalid level.
 
     Parameters
     ----------
@@ -70,29 +70,28 @@ def compute_paired(
 ) -> pd.DataFrame:
     """Return the difference of each gate to a baseline gate, run by run on the same seeds.
 
-    One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS`, `DIFFERENCE`, `LOW`, `HIGH` (interval of the
-    mean difference, in the unit of `value`), `KIND` (of the interval: paired t below eight pairs, from there
-    on BCa bootstrap, and none below three pairs), `RATIO` (missing if the baseline is 0), `BETTER` (share of
-    pairs).
+    One row per gate and group: `of`, `by`, `BASELINE`, `PAIRS` (number of pairs), `DIFFERENCE` (mean, in the
+    unit of `value`), `LOW`, `HIGH` (its interval), `KIND` (method of the interval: none below three pairs,
+    paired t below eight, BCa bootstrap from eight), `RATIO` (missing if the baseline is 0), `BETTER` (share
+    of pairs in which the gate is better).
 
-    Runs with equal `by` and `match` are a pair; a run without partner is left out. Pairing takes out what
-    both gates share (loops, starts), so few seeds tell more than two separate means do.
+    Runs with equal `by` and `match` are a pair; a run without partner is left out. Both runs of a pair have
+    the same loops and starts, so a few seeds show more than two separate means do.
 
-    Raises `AnalysisError` on a missing column, an unknown baseline, or several runs that could be the
-    partner.
+    Raises `AnalysisError` on a missing column, an unknown baseline, or a run with several possible partners.
 
     Parameters
     ----------
     runs
         One row per run with `of`, `value`, and the columns of `by` and `match`; failed runs are left out.
     baseline
-        The gate, or other value of `of`, to compare with.
+        The value of column `of` to compare with, such as a gate's name.
     value
         Column of `runs`; greater is better.
     of
-        Column that says what is compared.
+        Column with the names of the compared rules.
     by, match
-        Columns that make a group, and columns that make a pair within it.
+        Columns by which runs are grouped, and columns by which two runs of a group are paired.
     level, seed
         Confidence level; seed of the bootstrap's random numbers.
 
@@ -146,11 +145,10 @@ def compute_paired(
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return density, flow and speed of each run (the macroscopic fundamental diagram).
 
-    Columns: `runs`, or `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h] (means of a
-    group).
+    Columns: those of `runs`, or of `by`, and `DENSITY` [vehicles/km], `FLOW` [vehicles/h], `SPEED` [km/h]
+    (means over the runs of a group).
 
-    Vehicles, distance and speed are taken over all edges on some loop: density is vehicles per km of
-    edge, flow is vehicle-km per hour and km of edge.
+    All edges on loops count: density is vehicles per km of edge, flow is vehicle-km per hour and km of edge.
 
     Raises `AnalysisError` on a missing column.
 
@@ -160,7 +158,7 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
         One row per run with `VEHICLES`, `EDGE_KM` [km], `KM_PER_H` [vehicle-km/h] and `MEAN_SPEED` [m/s];
         failed runs, and runs without a length, are left out.
     by
-        Columns that make a group, such as gate and vehicles; without them each run is a row.
+        Columns by which runs are grouped, such as gate and vehicles; without them each run is a row.
 
     Examples
     --------
@@ -200,9 +198,9 @@ def compute_capacity(
     One row per group: `by`, `CAPACITY` [vehicles], `LOW`, `HIGH` [vehicles], `PEAK` (unit of `value`),
     `AT_BORDER`.
 
-    The interval holds `level` of the peaks found when the runs of each vehicle count are resampled. It is
-    missing where some count has fewer than three runs. Where the greatest mean is that of the largest count
-    (`AT_BORDER`), the capacity was not reached: it is greater, and `HIGH` is missing.
+    The interval is a bootstrap over the runs of each number of vehicles; it is missing if some number has
+    fewer than three runs. If the peak is at the largest number of vehicles (`AT_BORDER`), the capacity is at
+    least that large, and `HIGH` is missing.
 
     Raises `AnalysisError` on a missing column.
 

@@ -24,8 +24,8 @@ def compute_lap_distribution(
 
     One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
 
-    A run's row keeps 21 quantiles of its lap times, so the result is exact to a twentieth of each run's
-    distribution; runs count in proportion to their laps.
+    Each run's row has 21 quantiles of its lap times, 5 % apart, so the result is exact to 5 % of each run's
+    distribution. A run counts in proportion to its laps.
 
     Raises `AnalysisError` on a missing column.
 
@@ -117,10 +117,10 @@ def compute_edge_means(
 ) -> pd.DataFrame:
     """Return visits, hold time and revisit intervals of each edge, averaged over runs.
 
-    One row per group and edge: `by`, `EDGE`, `RUNS` (with the edge on a loop), `VISITS`, `HOLD` [s] and,
-    where rows know it, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit it),
-    `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION` (where it
-    ends) and `STREET` (its name), both empty if the edge sets do not know.
+    One row per group and edge: `by`, `EDGE`, `RUNS` (number of runs with the edge on a loop), `VISITS`,
+    `HOLD` [s] and, if known, `STOOD` [s] (means per run), `MEAN_REVISIT` [s] (mean over the runs that revisit
+    the edge), `IDLENESS` [s] (mean per run), `MAX_REVISIT` [s] (greatest of all runs), `SHAPE`, `JUNCTION`
+    (at the end of the edge) and `STREET` (name of the street); the last two are empty if not known.
 
     Raises `AnalysisError` on a missing column.
 
@@ -185,8 +185,9 @@ def compute_ranked(
 ) -> pd.DataFrame:
     """Return the junctions or edges with the longest standing of vehicles before them.
 
-    By group, the longest first: `by`, `what`, `STOOD` [s] (all vehicles) and `VISITS`, means per run. Where
-    nobody stood is left out.
+    Columns: `by`, the junction or edge, `STOOD` [s] (all vehicles together) and `VISITS`, means per run. The
+    longest standing comes first in each group. Junctions and edges before which no vehicle stood are left
+    out.
 
     Raises `AnalysisError` on a missing column.
 
@@ -197,7 +198,7 @@ def compute_ranked(
     what
         `JUNCTION` or `EDGE`.
     first
-        How many of each group.
+        Number of rows for each group.
 
     Examples
     --------

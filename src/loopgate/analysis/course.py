@@ -19,19 +19,20 @@ _HOUR_S = 3600.0
 def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str] = ()) -> pd.DataFrame:
     """Return distance, laps and standing vehicles in each time interval, and their running totals.
 
-    One row per group and interval: `by`, `TIME` (its end [s]), `ON_ROAD`, `STILL` (mean numbers), `SPEED`
-    [km/h], `KM_PER_H`, `LAPS_PER_H`, and since the beginning `DISTANCE_KM`, `LAPS`, `STOOD_H`.
+    One row per group and interval: `by`, `TIME` (end of the interval [s]), `ON_ROAD` and `STILL` (mean
+    numbers of vehicles on the road and standing), `SPEED` [km/h], `KM_PER_H`, `LAPS_PER_H`, and the running
+    totals `DISTANCE_KM`, `LAPS`, `STOOD_H`.
 
     Raises `AnalysisError` on a missing column, or intervals shorter than the rows.
 
     Parameters
     ----------
     flow
-        `FLOW_COLUMNS`: ``flow.parquet`` of a run, or of several with a column `KEY` that tells them apart.
+        `FLOW_COLUMNS`: ``flow.parquet`` of a run; of several runs with a column `KEY`, the key of the run.
     every_s
-        Length of the intervals [s], from the beginning on; a last one that is not full is left out.
+        Length of an interval [s]; an incomplete last interval is left out.
     by
-        Columns that make a group; the runs of a group are averaged.
+        Columns by which runs are grouped; the runs of a group are averaged.
 
     Examples
     --------
@@ -75,8 +76,8 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
 def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return the total time that vehicles waited for a gate, for each reason of refusal.
 
-    One row per reason, the one that cost most first: `REASON`, `WAITS` (how many had it), `WAIT` [s] (all
-    together), `LONGEST` [s] (the longest that one wait was for it).
+    One row per reason, the most costly first: `REASON`, `WAITS` (number of waits with the reason), `WAIT` [s]
+    (total), `LONGEST` [s] (longest time in one wait).
 
     `compute_wait_causes` has each wait; see `loopgate.gates.Reason` for the words.
 
@@ -87,7 +88,7 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
     events
         `EVENT_COLUMNS`, in any order.
     begin_s, end_s
-        Period of observation [s], to which stretches are clipped.
+        Period of observation [s]; waits are clipped to it.
 
     Examples
     --------
@@ -122,9 +123,9 @@ def compute_time_space(
     events
         `EVENT_COLUMNS`; `Event.EDGE` suffices.
     vehicles
-        `VEHICLE_COLUMNS`: who is on which loop.
+        `VEHICLE_COLUMNS`: the loop of each vehicle.
     loops
-        `LOOP_COLUMNS`: where its edges begin.
+        `LOOP_COLUMNS`: the edges of the loop, and where each begins.
 
     Examples
     --------
@@ -167,8 +168,8 @@ def compute_stuck(
 ) -> pd.DataFrame:
     """Return the vehicles that stood for long at the end of the run, and the vehicle that blocks each.
 
-    The one that has stood longest first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s], `WAITS_FOR` (the
-    next vehicle of its deadlock; empty for others), `X`, `Y` [m].
+    One row per vehicle, the longest standing first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s],
+    `WAITS_FOR` (the next vehicle in its deadlock; empty for vehicles in no deadlock), `X`, `Y` [m].
 
     Raises `AnalysisError` on a missing column.
 
@@ -179,9 +180,9 @@ def compute_stuck(
     events
         `EVENT_COLUMNS`; `Event.DEADLOCK` suffices.
     end_s
-        When the run ended [s].
+        End of the run [s].
     after_s
-        How long is long [s]; the vehicles of a deadlock are stuck all the same.
+        Time of standing from which a vehicle is listed [s]; vehicles in a deadlock are always listed.
 
     Examples
     --------

@@ -12,8 +12,8 @@ from loopgate.analysis.frames import table
 def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the messages of a run by kind, the most frequent kind first.
 
-    `MESSAGE`, `MESSAGES` (transmissions), `PER_MOVE` (for each move to a next place), `BYTES` (what they
-    hold as JSON). Empty where one program decided.
+    One row per kind: `MESSAGE` (the kind), `MESSAGES` (number of transmissions), `PER_MOVE` (transmissions
+    for each move of a vehicle to its next place), `BYTES` (total size as JSON). Empty if one program decided.
 
     Parameters
     ----------

@@ -67,13 +67,13 @@ def compute_revisits(
 ) -> pd.DataFrame:
     """Return visits, revisit intervals and idleness of every edge.
 
-    One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT`, `MAX_REVISIT` and `WEIGHTED_REVISIT`
-    [s] (NaN without an interval; the last weights each interval by its length: the interval in which a moment
-    lies), `IDLENESS` [s] (mean over the period's time), `WORST_IDLENESS` [s] (greatest at any moment of the
-    period, both ends included).
+    One row per edge: `EDGE`, `VISITS` (in the period), `MEAN_REVISIT` and `MAX_REVISIT` [s] (mean and longest
+    time between two visits), `WEIGHTED_REVISIT` [s] (mean weighted by length: the expected interval around a
+    random moment), `IDLENESS` and `WORST_IDLENESS` [s] (mean and greatest time since the last visit). Without
+    two visits the revisit intervals are NaN.
 
-    Intervals still open at the end are no revisit intervals, but count in the idleness: in a run that
-    locks up, look at the idleness. Time O(n log n) in the events.
+    The time from the last visit to the end is no revisit interval, but counts in the idleness. So look at the
+    idleness in runs that lock up. Time O(n log n) in the events.
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -82,11 +82,11 @@ def compute_revisits(
     events
         `EVENT_COLUMNS`, in any order.
     begin_s, end_s
-        Period of observation (begin, end] [s]; what happened before it is used to know the last visit.
+        Period of observation (begin, end] [s]; earlier events give the last visit before it.
     edges
-        The edges to report, also those never visited; default: those visited, sorted.
+        The edges to report, visited or not; default: all visited edges, sorted.
     since_s
-        When the simulation began [s]: from then on an edge is idle until its first visit.
+        Begin of the simulation [s]; from then an edge is idle until its first visit.
 
     Examples
     --------
@@ -137,8 +137,8 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
 
     One row per edge with a hold, sorted: `EDGE`, `EDGE_HOLD` [s] within the period.
 
-    A vehicle stands on the edge it entered last before the hold began; holds before a vehicle's first
-    `Event.EDGE` row are on no known edge and are left out.
+    The edge of a hold is the last edge that the vehicle entered before. Holds before a vehicle's first event
+    ``edge`` are left out.
 
     Raises `AnalysisError` on a missing column or an empty period.
 

@@ -29,7 +29,7 @@ def compute_deadlock_rate(
 
     One row per group: `by`, `RUNS`, `DEADLOCKED`, `RATE`, `LOW`, `HIGH` (shares, 0 to 1).
 
-    Raises `AnalysisError` on a missing column or a level that is none.
+    Raises `AnalysisError` on a missing column or an invalid level.
 
     Parameters
     ----------
@@ -60,12 +60,12 @@ def compute_survival(
 ) -> pd.DataFrame:
     """Return Kaplan-Meier curves: the share of runs without a deadlock up to each time.
 
-    One row per curve and time at which a run locked up or was censored, from time 0 on: `by`, `AT` [s],
-    `AT_RISK`, `DEADLOCKED`, `CENSORED`, `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1; the interval is missing
-    where nothing varies: before the first deadlock, and where all are deadlocked).
+    One row per curve and time at which a run locked up or was censored, from time 0: `by`, `AT` [s],
+    `AT_RISK`, `DEADLOCKED`, `CENSORED` (numbers of runs), `SURVIVAL`, `LOW`, `HIGH` (shares, 0 to 1). The
+    interval is missing before the first deadlock, and when all runs are deadlocked.
 
-    A run without deadlock is censored at the end of its observation: it says that the time is longer, not
-    that it is infinite. Intervals are Greenwood's on the log-log scale (Kalbfleisch and Prentice 1980).
+    A run without deadlock is censored at its end: its time to deadlock is longer than the run. Intervals are
+    Greenwood's on the log-log scale (Kalbfleisch and Prentice 1980).
 
     Raises `AnalysisError` on a missing column.
 
@@ -75,7 +75,7 @@ def compute_survival(
         One row per run, with `FIRST_DEADLOCK` [s] (missing: none) and `OBSERVED` [s]; failed runs are left
         out.
     by
-        Columns that make a curve.
+        Columns by which runs are grouped; each group has a curve.
     level
         Confidence level of the pointwise interval.
 
@@ -137,8 +137,8 @@ def compute_time_to_deadlock(
 ) -> pd.DataFrame:
     """Return median and restricted mean of the time to the first deadlock (Kaplan-Meier).
 
-    One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half were seen to
-    lock up), `RESTRICTED_MEAN` [s], `HORIZON` [s].
+    One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half of the runs
+    lock up), `RESTRICTED_MEAN` [s] (mean of the time to deadlock, cut off at the horizon), `HORIZON` [s].
 
     Raises `AnalysisError` on a missing column or a horizon that is not positive.
 
@@ -147,8 +147,8 @@ def compute_time_to_deadlock(
     runs
         As for `compute_survival`.
     horizon_s
-        The restricted mean is the area under the curve up to here [s]; default: as far as every curve is
-        known, so that groups can be compared (a curve that has reached 0 is known for ever).
+        Time at which the restricted mean is cut off [s]; default: the longest time up to which all curves are
+        known, so that groups can be compared.
 
     Examples
     --------
@@ -188,9 +188,9 @@ def compute_time_to_deadlock(
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
     """Return the number of runs with deadlocks, collisions, teleports or a failed audit, by group.
 
-    One row per group: `by`; `FAILED` (runs that could not be made) and `RUNS` (the others, on which the rest
-    stands); `DEADLOCKED` of them; sums of `COLLISIONS` and `TELEPORTS`; `CLEAN`, runs under a gate whose
-    audit found nothing (missing where there is none); mean of `LAPS_PER_H` [1/h]; greatest `LONGEST_WAIT`
+    One row per group: `by`; `FAILED` (number of runs that ended in an error; all other columns leave them
+    out) and `RUNS`; `DEADLOCKED` (runs with a deadlock); sums of `COLLISIONS` and `TELEPORTS`; `CLEAN` (runs
+    whose audit found nothing; missing without a gate); mean of `LAPS_PER_H` [1/h]; greatest `LONGEST_WAIT`
     [s].
 
     Raises `AnalysisError` on a missing column.
@@ -239,7 +239,7 @@ def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES
     Parameters
     ----------
     runs
-        One row per run; failed runs, and runs in which nobody drives once, are left out.
+        One row per run; failed runs, and runs without trips, are left out.
 
     Examples
     --------

@@ -22,12 +22,9 @@ _ONLY_COUNTS = {SERIES, "vehicles_per_km"}
 def add_series(runs: pd.DataFrame) -> pd.DataFrame:
     """Return the successful runs with a new column `SERIES`, the name of their line in figures.
 
-    The rule is *SUMO's rules* where no gate decides, *loopgate* under the gate ``certified``, *gate NAME*
-    under another. Lights are named where they are not treated alike in all runs.
-
-    Network, vehicles (in all or per kilometre) and seed make no series. Neither does the number of loops
-    where nobody asked for one: a file has so many, and fewer are used where there are fewer vehicles, or
-    where a loop cannot work.
+    The name begins with the rule: *SUMO's rules* if no gate decides, *loopgate* under the gate ``certified``,
+    *gate NAME* under another gate. Then come all settings in which the runs differ, such as the treatment of
+    lights. Network, seed and number of vehicles are not part of the name.
 
     Raises `AnalysisError` on a missing column.
 

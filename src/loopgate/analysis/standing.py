@@ -17,9 +17,10 @@ _SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the blocked places (closed to vehicles because something stands there), by time.
 
-    `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (empty where the place was closed),
-    `FROM` and `UNTIL` [s] (missing if it was so when the run ended), `UNWATCHED` (the streets of loops
-    through there that no vehicle entered meanwhile, each with since when).
+    One row per place: `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (that stands there;
+    empty for a closed place), `FROM` and `UNTIL` [s] (the latter missing if still blocked at the end),
+    `UNWATCHED` (streets of loops through the place that no vehicle entered meanwhile, with the time of the
+    last visit).
 
     Parameters
     ----------
@@ -45,8 +46,9 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the vehicles that starved, grouped by the vehicle ahead; the largest group first.
 
-    `VEHICLE` (that starved), `WAITS_FOR` (the vehicle that stood ahead, empty if none was found), `LANE` (its
-    lane), `CAUSE`, `FROM` and `UNTIL` [s] (when the first of them was noticed, and when the last).
+    One row per starved vehicle: `VEHICLE`, `WAITS_FOR` (the vehicle that stood ahead; empty if none was
+    found), `LANE` and `CAUSE` (lane of the vehicle ahead, and reason why it stood), `FROM` and `UNTIL` [s]
+    (when the group was first and last found starving).
 
     Parameters
     ----------

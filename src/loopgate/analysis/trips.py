@@ -24,8 +24,8 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
 
     One row per lap, by vehicle and time: `VEHICLE`, `LAP_NUMBER`, `BEGIN` [s], `END` [s], `LAP_TIME` [s].
 
-    A lap lasts from the vehicle's lap before; the first one from its first `Event.START` or `Event.EDGE` row
-    (a vehicle without one has no first lap time, and that lap is left out).
+    A lap begins when the vehicle's previous lap ends. The first lap begins at the vehicle's first event
+    ``start`` or ``edge``; without such an event it is left out.
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -65,8 +65,9 @@ def compute_laps(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) ->
 def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every stand of a vehicle at a gate (from event ``hold`` to ``go``) within the period.
 
-    One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
-    came to rest), `BEGIN` [s], `END` [s], `HOLD` [s] (END - BEGIN), `OPEN`.
+    One row per hold, by vehicle and time: `VEHICLE`, `PLACE` (the state that it waits for), `SINCE` [s] (when
+    it stopped), `BEGIN`, `END` [s] (clipped to the period), `HOLD` [s] (END - BEGIN), `OPEN` (whether it
+    still stood at the end).
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -85,10 +86,11 @@ def compute_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -
 def compute_waits(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return every wait of a vehicle for a grant (first ``refuse`` to ``grant``) within the period.
 
-    One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s] (when it
-    was first refused), `BEGIN` [s], `END` [s], `WAIT` [s] (END - BEGIN), `OPEN`.
+    One row per wait, by vehicle and time: `VEHICLE`, `PLACE` (the state that it waits for), `SINCE` [s] (when
+    it was first refused), `BEGIN`, `END` [s] (clipped to the period), `WAIT` [s] (END - BEGIN), `OPEN`
+    (whether it still waited at the end).
 
-    A vehicle may wait without standing: it is refused, slows down and is let in before it rests.
+    A vehicle may wait without standing: it is refused, slows down, and gets its grant before it stops.
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -150,7 +152,7 @@ def compute_throughput(
     begin_s, end_s
         Period of observation (begin, end] [s].
     distance_m
-        Distance driven by all vehicles in the period [m], where it is known.
+        Distance driven by all vehicles in the period [m], if known.
 
     Examples
     --------

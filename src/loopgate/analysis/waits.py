@@ -17,11 +17,11 @@ _GRANTS = "grants"
 def compute_wait_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) -> pd.DataFrame:
     """Return for each wait of a vehicle for a grant the seconds due to each reason of refusal.
 
-    One row per wait and cause, by vehicle and time: `VEHICLE`, `PLACE` (the state it waits for), `SINCE` [s]
-    (when it was first refused), `CAUSE` (`loopgate.gates.Reason`), `WAIT` [s].
+    One row per wait and reason, by vehicle and time: `VEHICLE`, `PLACE` (the state that it waits for),
+    `SINCE` [s] (when it was first refused), `CAUSE` (the reason, see `loopgate.gates.Reason`), `WAIT` [s].
 
-    A wait is one of `compute_waits`. It is for the reason of the last refusal until the next refusal, which
-    comes with a new reason, or the grant.
+    Waits are those of `compute_waits`. The time after each refusal, until the next refusal with a new reason
+    or until the grant, counts for the reason of that refusal.
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -72,9 +72,9 @@ def compute_longest_waits(
 ) -> pd.DataFrame:
     """Return the reasons of refusal during the longest waits of each group of runs.
 
-    One row per group and cause: `by`, `CAUSE`, `RUNS`; `MEAN` over the runs and `MOST` of any of them of the
-    longest time that one wait was for that cause [s]. Runs without a gate are left out, and causes for which
-    nobody waited.
+    One row per group and reason: `by`, `CAUSE` (the reason), `RUNS`, and of each run's longest time with that
+    reason in one wait the `MEAN` and the maximum `MOST` [s]. Runs without a gate are left out, and reasons
+    for which no vehicle waited.
 
     Raises `AnalysisError` on a missing column.
 

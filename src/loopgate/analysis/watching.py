@@ -36,8 +36,8 @@ def compute_watch(
     """Return visits, revisit intervals and idleness of every street; the longest idle street first.
 
     Columns: `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
-    intervals; NaN for fewer than two), `BUNCHED` (share of them, NaN without one), `BOUND` [s] and `WITHIN`
-    (share of the period in which the idleness is at most the bound).
+    revisit intervals; NaN for fewer than two), `BUNCHED` (share of intervals below a quarter of the mean; NaN
+    without one), `BOUND` [s] and `WITHIN` (share of the period in which the idleness is at most the bound).
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -50,7 +50,7 @@ def compute_watch(
     begin_s, end_s
         Period of observation (begin, end] [s].
     bound_s
-        Time that no street should go unseen for longer than [s], for all or by street; infinity for none.
+        Longest allowed time between visits [s], for all streets or by street; infinity for no limit.
     since_s
         See `compute_revisits`.
 
@@ -123,8 +123,8 @@ def compute_seen_within(
 ) -> pd.DataFrame:
     """Return the share of streets visited within a time, on average and always.
 
-    Columns: `SEEN_WITHIN` [s]; `NOW`: share of the streets seen no longer ago than that, on average over the
-    period; `ALWAYS`: share of the streets for which that held all the time.
+    Columns: `SEEN_WITHIN` (a time [s]); `NOW`: share of the streets visited within that time, on average over
+    the period; `ALWAYS`: share of the streets that were visited within that time throughout the period.
 
     Raises `AnalysisError` on a missing column, an empty period, or no streets.
 
@@ -139,7 +139,8 @@ def compute_seen_within(
     since_s
         See `compute_revisits`.
     times_s
-        For which times [s]; default: from 0 to the longest on a street that was visited, in a hundred steps.
+        The times of the rows [s]; default: a hundred steps from 0 to the longest idleness of a visited
+        street.
 
     Examples
     --------
@@ -177,7 +178,7 @@ def compute_seen_within(
 def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     """Return the visited streets with the longest time between two visits.
 
-    One row per street with the columns named below, the one that went unseen longest first.
+    One row per street with the columns named below; the street with the longest time comes first.
 
     Raises `AnalysisError` on a missing column.
 
@@ -186,7 +187,7 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     streets
         ``streets.parquet``: `EDGE`, `STREET` (its name), `VISITS`, `IDLENESS` and `WORST_IDLENESS` [s].
     first
-        How many.
+        Number of streets to return.
 
     Examples
     --------
@@ -207,12 +208,12 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
 def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
     """Return for each street name whether all its edges were visited often enough.
 
-    Columns: `STREET` (the edge where it has no name), `EDGES` (how many), `SEEN` and `LATE` (how many of
-    them were entered, and of these went unseen for longer than their bound), `VISITS` (of all),
-    `WORST_IDLENESS` [s] and `BOUND` [s] of the edge that comes nearest to its bound or passes it by most,
-    `WITHIN` (mean), and `PROMISE`: *broken* if an edge that was seen went unseen for longer than its bound,
-    else *never seen*, *partly seen* or *kept*. Broken promises come first, then kept ones, then streets that
-    were seen in part and never; in each the longest unseen first.
+    One row per street name (an edge without a name counts by itself): `STREET`, `EDGES` (number of edges),
+    `SEEN` (edges visited), `LATE` (visited edges that were idle for longer than their bound), `VISITS` (of
+    all edges), `WORST_IDLENESS` and `BOUND` [s] (of the edge that is worst against its bound), `WITHIN`
+    (mean), and `PROMISE`: *broken* if an edge is late, otherwise *never seen*, *partly seen* or *kept*.
+    Broken promises come first, then kept, partly seen and never seen; within each the longest idle street
+    first.
 
     Raises `AnalysisError` on a missing column.
 
@@ -275,9 +276,9 @@ def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
 def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[str]]) -> pd.DataFrame:
     """Return visits and idleness of groups of streets (districts); the longest idle group first.
 
-    Columns: `DISTRICT`, `STREETS` (how many edges), `NEVER_SEEN`, `VISITS` (of all), `IDLENESS` and
-    `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and `BUNCHED` (means over those seen), and
-    `WITHIN`.
+    One row per district: `DISTRICT`, `STREETS` (number of edges), `NEVER_SEEN` (edges without a visit),
+    `VISITS` (of all edges), `IDLENESS` and `WORST_IDLENESS` [s] (mean and greatest), `HEADWAY_CV` and
+    `BUNCHED` (means over the visited edges), and `WITHIN`.
 
     Raises `AnalysisError` on a missing column.
 

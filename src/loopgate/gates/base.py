@@ -58,14 +58,14 @@ class Decision:
     reason
         Why; see `Reason`.
     blockers
-        Robots whose moving on could change a refusal: the occupants of a full state, the robots of the
-        circuit. They are the edges of the wait-for graph.
+        The robots that must move before a refusal can change: in a full state, or in a circle of robots. They
+        are the edges of the wait-for graph.
     detail
-        One line for people, with robots and states by name; empty where the reason says it all.
+        One line for people, with robots and states by name; empty if the reason is enough.
     stage
-        Which stage of a staged gate decided; empty for others.
+        The stage that decided, for gates with several stages; otherwise empty.
     messages
-        Messages between robots that the decision cost, where the gate counts them.
+        Number of messages between robots for the decision, if the gate counts them.
     """
 
     admitted: bool
@@ -85,17 +85,17 @@ def refusal(reason: Reason, detail: str = "", stage: str = "", blockers: Iterabl
 class Gate(Protocol):
     """The interface of a gate, which admits or refuses moves of robots in one system.
 
-    A gate class is called with the system, and with keyword options that the user may set
-    (``--gate name:option=value``). It may have a static method ``check_options``, which takes the same
-    options and raises `GateError` on a value without meaning: it is asked before anything runs. The caller
-    asks `decide` as often as it likes, then reports each move that really happens, in order, through `moved`.
+    A gate class is called with the system, and with keyword options that the user may set (``--gate
+    name:option=value``). It may have a static method ``check_options``, which takes the same options before a
+    run and raises `GateError` on an invalid value. The caller may call `decide` at any time, and calls
+    `moved` for each move that really happens, in order.
     """
 
     def decide(self, configuration: Configuration, robot: int) -> Decision:
         """Return the decision whether `robot` may make its next move in `configuration`.
 
-        The answer depends on `configuration` (and on what `moved` told) alone and changes nothing that
-        a later answer depends on.
+        The answer depends only on `configuration` and on earlier calls of `moved`. Calling `decide` changes
+        no later answer.
         """
         ...
 
@@ -108,8 +108,8 @@ class Gate(Protocol):
 class FollowingGate(Gate, Protocol):
     """A gate that keeps track of the configuration itself, so that callers need not pass it.
 
-    `decide_here` and `moved_here` are `decide` and `moved` for the configuration reached by the moves told
-    so far. That takes O(robots) off each move and each decision.
+    `decide_here` and `moved_here` are `decide` and `moved` in the configuration after all known moves. They
+    save O(robots) for each move and each decision.
     """
 
     def decide_here(self, robot: int) -> Decision:

@@ -38,7 +38,7 @@ def gate_names() -> list[str]:
 def name_gate(gate: object) -> str:
     """Return the name of a gate class, or of a function that makes a gate from a `System`.
 
-    Raises `GateError` if it is neither, nor a name.
+    A name is returned as it is. Raises `GateError` for anything else.
 
     Examples
     --------
@@ -56,10 +56,10 @@ def name_gate(gate: object) -> str:
 def check_gate(spec: str) -> None:
     """Check the name and the options of a gate before a system exists.
 
-    Names, options and the kinds of their values are checked for every gate; what the values mean, for gates
-    that have a static method ``check_options``.
+    For every gate the names and types of options are checked. A gate with a static method ``check_options``
+    checks their values too.
 
-    Raises `GateError` if no gate has that name, the gate has no such option, or an option has no such value.
+    Raises `GateError` if the gate or an option is unknown, or an option has an invalid value.
 
     Examples
     --------
@@ -84,16 +84,15 @@ def check_gate(spec: str) -> None:
 def make_gate(gate: object, system: System, clock: Callable[[], float] | None = None) -> Gate:
     """Make a gate for a system, by the gate's name.
 
-    Raises `GateError` if no gate has that name, the gate has no such option, it is none, or it refuses the
-    system's start. Raises `PluginError` if a gate of a user's own fails, or has methods that cannot be called
-    as those of gates are.
+    Raises `GateError` if the gate or an option is unknown, or the gate refuses the system's start. Raises
+    `PluginError` if a user's own gate fails, or has methods with other parameters than `Gate`.
 
     Parameters
     ----------
     gate
-        A name (``name`` or ``name:option=value,...``), or a class or function as for `name_gate`.
+        A name (``name`` or ``name:option=value,...``), or a class or function that makes a gate.
     clock
-        Tells the time [s] to a gate with a budget of time; without one its time has no limit.
+        Function that returns the time [s], for gates with a limit on time; without it there is no limit.
 
     Examples
     --------

@@ -38,13 +38,13 @@ def plot_flow(
     Parameters
     ----------
     series
-        The column that names series; none for a single run.
+        The column with the name of the series; None for a single run.
     what
-        Columns and what their axes say, such as `OVER_TIME` or `CUMULATIVE`.
+        Columns to draw, each with the label of its axis, such as `OVER_TIME` or `CUMULATIVE`.
     deadlocks
-        When deadlocks were recognised [s]: upright lines.
+        Times of deadlocks [s], drawn as vertical lines.
     among
-        All series, where the table has only some.
+        The names of all series, if the table has only some, so that a series has the same colour everywhere.
 
     Examples
     --------
@@ -96,11 +96,11 @@ def plot_ranked(
     Parameters
     ----------
     of, value, label
-        The columns that name it and say how long it is, and what the axis says.
+        The column with the names of the bars, the column with their lengths, and the label of the axis.
     series
-        The column that names series, side by side; none for a single one.
+        The column with the name of the series, drawn side by side; None for a single series.
     among
-        All series, where the table has only some.
+        The names of all series, if the table has only some, so that a series has the same colour everywhere.
 
     Examples
     --------
@@ -135,7 +135,7 @@ def plot_ranked(
 def plot_time_space(points: pd.DataFrame) -> Chart:
     """Draw the edges of a loop over time from `compute_time_space`, one line for each vehicle.
 
-    Between the beginnings of two edges the line is straight, whatever the vehicle did there.
+    Only the times at which the vehicle entered edges are known; the line between them is straight.
 
     Examples
     --------

@@ -48,15 +48,15 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     table
         One row per series and `x`.
     x, y, low, high
-        Its columns; without `low` and `high` no intervals.
+        Columns of `table` to draw; without `low` and `high` there are no intervals.
     series
-        The column that names series.
+        The column with the name of the series.
     single, single_y
-        One row per run, with the columns `series`, `x` and `single_y`.
+        A table with one row per run, and its column to draw as small points.
     zero, percent
         Whether the axis begins at 0; whether it shows shares in percent.
     among
-        All series, where the table has only some: each looks the same in every figure.
+        The names of all series, if the table has only some, so that a series has the same colour everywhere.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def plot_mean(
 ) -> Chart:
     """Draw means from `compute_mean` against the number of vehicles, a line for each series.
 
-    Single runs, with their `value`, are small points.
+    Single runs are small points; `value` is their column to draw.
 
     Examples
     --------

@@ -21,17 +21,16 @@ _BARE = "#0072B2"
 def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str = c.GATE) -> Chart:
     """Draw a map of the road network for each series; edges with greater figures are drawn wider.
 
-    Where there is no figure the edge is thin, dashed and blue.
+    An edge without a value is thin, dashed and blue.
 
     Parameters
     ----------
     edges
-        From `compute_edge_means`: the figure and `SHAPE` ("x,y x,y ..." [m]).
+        From `compute_edge_means`: column `value`, and `SHAPE` ("x,y x,y ..." [m]).
     value, label
-        The column with the figure, and what the scale says.
+        The column to draw, and the label of the scale.
     series
-        The column that names series. At most four of those are drawn in which the figure is known; all share
-        one scale.
+        The column with the name of the series. At most four series are drawn, on one scale.
 
     Examples
     --------

@@ -21,9 +21,9 @@ def plot_unwatched(
     Parameters
     ----------
     streets
-        ``streets.parquet``: `SHAPE` ("x,y x,y ..." [m]), `VISITS` and the figure.
+        ``streets.parquet``: `SHAPE` ("x,y x,y ..." [m]), `VISITS` and column `value`.
     value, label
-        The column with the figure, and what the scale says.
+        The column to draw, and the label of the colour scale.
 
     Examples
     --------
@@ -48,7 +48,7 @@ def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None 
     seen
         Tables from `compute_seen_within`, by the name of the series.
     bound_s
-        Time for which no street should go unseen [s], to be marked.
+        Longest allowed time between visits [s], drawn as a line.
 
     Examples
     --------

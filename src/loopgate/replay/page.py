@@ -33,7 +33,7 @@ class Replay:
     title
         The networks and gates that were run.
     html
-        The page. It needs nothing else.
+        The page as text; it works offline.
 
     Examples
     --------
@@ -76,13 +76,13 @@ def make_replay(
 ) -> Replay:
     """Return a replay of one run, or of two runs side by side on one clock.
 
-    Raises `ResultsError` if there is none or too many, one cannot be read, or has neither loops nor
-    positions; the text says what to run.
+    Raises `ResultsError` if there are not one or two runs, or a run cannot be read or has neither loops nor
+    positions; the message names the command to run.
 
     Parameters
     ----------
     report
-        Told how much is done, in parts of a hundred for each run.
+        Called with the percentage done, for each run.
 
     Examples
     --------

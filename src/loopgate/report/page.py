@@ -58,19 +58,18 @@ def write_report(
 ) -> ReportFiles:
     """Write an HTML report on results, with its figures and tables as files beside it.
 
-    Raises `ResultsError` if a file cannot be written, `page` is no name of one, or the results hold what no
-    run has.
+    Raises `ResultsError` if a file cannot be written, or the results have invalid values.
 
     Parameters
     ----------
     results
-        From `read_results`; may be empty, partial, a single run, or failed runs only.
+        From `read_results`: any number of runs, complete or failed.
     page
-        The HTML file. It refers to nothing outside itself.
+        The HTML file to write; it works offline.
     files
-        Folder for figures and tables; default: beside the page, its name with ``-files``.
+        Folder for figures and tables; default: beside the page, with ``-files`` after its name.
     report
-        Told how many figures and tables are written, of how many.
+        Called with the number of figures and tables written so far, and the number of all.
 
     Examples
     --------

@@ -29,13 +29,13 @@ def read_fcd(
     Parameters
     ----------
     file
-        What SUMO wrote by ``--fcd-output``, plain or compressed.
+        The file that SUMO wrote with ``--fcd-output``, plain or compressed.
     network
         A ``.net.xml`` file, a ``.sumocfg`` (its network), or ``sumo:NAME``.
     out
-        The run folder to leave; None keeps no files, and then there is no replay.
+        The run folder to write; None keeps no files, and then there is no replay.
     deadlock_after_s
-        How long vehicles stand in a circle before it counts as a deadlock [s].
+        Time that vehicles must stand in a circle to count as a deadlock [s].
     overwrite
         Whether an earlier run in `out` may be replaced.
 

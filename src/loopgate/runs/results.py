@@ -44,7 +44,7 @@ class Results:
     """
 
     folders: tuple[Path, ...]
-    """The folders that they were read from."""
+    """The folders from which the results were read."""
     runs: pd.DataFrame
     """One row per run, sorted by network, gate, settings, vehicles and seed; columns as in
     `results.row_columns`, and one for each further scenario key that varies."""
@@ -53,9 +53,9 @@ class Results:
     manifest: Mapping[str, Any] = field(default_factory=dict)
     """The description of the sweep; empty for run folders without a sweep."""
     notes: tuple[str, ...] = ()
-    """Remarks on rows that another version of loopgate made, or that came twice."""
+    """Remarks on rows from another version of loopgate, and on repeated rows."""
     run_folders: Mapping[str, Path] = field(default_factory=dict)
-    """For each key of a run that has a folder, that folder; sweeps keep rows only."""
+    """The run folder for each run key; runs of a sweep have none unless they were kept."""
 
     def __repr__(self) -> str:
         return f"<Results: {counted(len(self.runs), 'run')} of {listed(map(str, self.folders))}>"
@@ -82,11 +82,10 @@ class Results:
 def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
     """Read the results of a sweep (complete or not), a run folder, or a folder of run folders.
 
-    Several folders become one table. A run that is in more than one of them, made by the same code, counts
-    once; where different codes made it, a column `FOLDER` says which row is from where.
+    Several folders become one table. A run that is in several folders counts once if the same version of
+    loopgate made it; otherwise a column `FOLDER` names the folder of each row.
 
-    Raises `ResultsError` if a folder is none of these, a file cannot be read, or lacks what the analysis
-    cannot do without.
+    Raises `ResultsError` if a folder holds no results, or a file cannot be read or lacks a needed column.
 
     Examples
     --------

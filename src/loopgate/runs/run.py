@@ -46,7 +46,7 @@ class Run:
     edges
         `EDGE_COLUMNS`: visits of each edge, and hold times there.
     streets
-        `STREET_COLUMNS`: visits and idleness of every street, also on no loop; None if not known.
+        `STREET_COLUMNS`: visits and idleness of every street, on a loop or not; None if not known.
     scenario
         The contents of ``scenario.toml``; empty where there is none.
     flow
@@ -91,8 +91,7 @@ class Run:
     def figures(self) -> dict[str, Chart]:
         """The charts of the run by name: over time, lap times, standing, unwatched streets.
 
-        Figures without anything to show are left out. Raises `ResultsError` if summary and tables hold what
-        no run has.
+        Charts without data are left out. Raises `ResultsError` if summary or tables have invalid values.
         """
         with refusing(self.folder or "run", "run", ResultsError, wrong=STRANGE):
             return self._figures()
@@ -135,7 +134,7 @@ class Run:
     def replay(self, beside: Run | None = None) -> Replay:
         """Return a replay of the run, alone or side by side with another run; a notebook shows it.
 
-        Raises `ResultsError` if nothing was kept of a run, or it has neither loops nor positions.
+        Raises `ResultsError` if a run has no folder, or neither loops nor positions.
         """
         runs = (self,) if beside is None else (self, beside)
         return make_replay(*map(_kept, runs))
@@ -146,14 +145,15 @@ class Run:
         GeoJSON of streets, loops and places, GPX and KML of each loop with its turns, CSV of each vehicle's
         day; see `loopgate.export.export_run`.
 
-        Raises `ResultsError` if nothing was kept of the run, `NetworkError` if its network has no projection.
+        Raises `ResultsError` if the run has no folder, `NetworkError` if its network has no projection.
         """
         return export_run(_kept(self), out)
 
     def geo(self, layer: str = "streets") -> Any:  # noqa: ANN401 - geopandas need not be there
         """Return a map layer of the run as a GeoPandas frame: ``streets``, ``loops`` or ``places``.
 
-        Raises `ResultsError` if geopandas is not installed, and as `export`.
+        Raises `ResultsError` if geopandas is not installed or the run has no folder, `NetworkError` if its
+        network has no projection.
         """
         try:
             import geopandas  # noqa: PLC0415 - an extra

@@ -27,21 +27,21 @@ def run(
 ) -> Run:
     """Simulate a scenario in SUMO, and return its results.
 
-    Raises `LoopgateError` if the scenario does not fit together, SUMO refuses it, or the disk is full; the
-    text says which part.
+    Raises `LoopgateError` if the parts of the scenario do not fit together, SUMO refuses it, or the disk is
+    full; the message names the part.
 
     Parameters
     ----------
     out
-        The run folder to leave; None keeps no files.
+        The run folder to write; None keeps no files.
     gate
-        Instead of the scenario's: a class or function that is called with the `System` and returns a gate,
-        or a gate's name as in a scenario.
+        Replaces the scenario's gate: a name as in a scenario, or a class or function that takes the `System`
+        and returns a gate.
     negotiation
-        Instead of the scenario's: a class or function that is called with a `random.Random` and returns a
-        negotiation, a negotiation that is made already, or a name.
+        Replaces the scenario's negotiation: a name, a negotiation object, or a class or function that takes a
+        `random.Random` and returns a negotiation.
     tick
-        Called every ten simulated seconds with the simulated time [s] and the course so far.
+        Called every ten simulated seconds with the simulated time [s] and the rows of the flow table so far.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     overwrite

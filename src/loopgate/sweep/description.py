@@ -58,7 +58,7 @@ class Point:
     """One run of a sweep, described by its scenario and its values on the axes."""
 
     key: str
-    """Hash of the scenario and of the content of the files it names, not of where they are."""
+    """Hash of the scenario and of the content of its files; their location does not count."""
     scenario: Mapping[str, Any]
     """As asked for; files by the path or name that was written."""
     hashes: Mapping[str, str]
@@ -77,12 +77,12 @@ class Sweep:
         Scenario keys and values common to all runs. Gates and negotiations may be classes or functions that
         make them, as in `loopgate.run`, if a Python file holds them.
     grid
-        For each axis its values; every combination is a run. Without a grid the includes are the runs, and
-        without either the base is the only one.
+        The values of each axis; every combination is a run. Without a grid only the includes are runs;
+        without includes too, the base is the only run.
     include, exclude
-        Points to add, and points of the grid to leave out; lists stand for any of their values.
+        Runs to add, and runs of the grid to leave out; a list means any of its values.
     folder
-        Paths in the scenario are relative to it; where no such file is there, to the working directory.
+        Folder to which paths are relative; a file that is not there is looked for in the working directory.
 
     Examples
     --------
@@ -118,8 +118,8 @@ class Sweep:
     def points(self) -> list[Point]:
         """Return all runs of the sweep in order: the grid, then the includes. Equal runs appear once.
 
-        Raises `SweepError` if there are none or more than a hundred thousand, a file is missing, a value is
-        no number that is finite, or an exclude names an axis that the grid has not.
+        Raises `SweepError` if there are no runs or more than a hundred thousand, a file is missing, a number
+        is not finite, or an exclude names an axis that is not in the grid.
         """
         with refusing(self.name, "sweep", SweepError):
             return self._points()
@@ -189,8 +189,8 @@ def with_files(scenario: Mapping[str, Any], places: Mapping[str, str | Path]) ->
 def read_sweep(file: Path | str) -> Sweep:
     """Read the description of a sweep from a TOML file.
 
-    Raises `SweepError` if it cannot be read, is no TOML, or has unknown keys or values (a name that is none
-    of a folder, a range of more than a hundred thousand numbers); the text names file and key.
+    Raises `SweepError` if the file cannot be read, is not TOML, or has an unknown key or an invalid value;
+    the message names file and key.
 
     Examples
     --------

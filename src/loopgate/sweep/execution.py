@@ -44,11 +44,11 @@ class Progress:
     total: int
     """Runs of the sweep."""
     present: int
-    """Of these, rows that were there before."""
+    """Runs whose row existed before."""
     done: int
-    """Rows made now, failed ones included."""
+    """Runs made now, failed runs included."""
     failed: int
-    """Failed rows made now."""
+    """Failed runs made now."""
     seconds: float
     """Wall time so far [s]."""
 
@@ -75,8 +75,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
 ) -> SweepOutcome:
     """Run all scenarios of a sweep that have no row in the results folder yet.
 
-    It may be ended at any moment, by any means; the same call goes on where it stopped, without losing a
-    finished row or making one twice.
+    You may stop it at any moment; the same call continues it. No finished run is lost or made twice.
 
     Raises `SweepError` if the sweep has no runs, or the executor breaks down. Raises `ResultsError` if the
     folder cannot be written, or a worker's disk is full. The rows made so far are kept.
@@ -84,16 +83,16 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     Parameters
     ----------
     executor
-        Any `concurrent.futures.Executor`, on this machine or others; it is not shut down. Default: a
-        `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.
+        Any `concurrent.futures.Executor`, on this machine or others; `run_sweep` does not shut it down.
+        Default: a `LocalExecutor` with `workers` processes and `timeout_s` [s] per run.
     runner
         ``module:function`` or ``file.py:function`` that runs a scenario (see `loopgate.sweep.task.Runner`).
     retry_failed
-        Also run the points whose row says that they failed; the new row replaces the old one.
+        Whether to repeat failed runs; the new row replaces the old row.
     keep_runs
-        Keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
+        Whether to keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
     window
-        Most calls in the executor at once; default: four per worker, so that its queue never runs dry.
+        Largest number of calls in the executor at once; default: four per worker.
 
     Examples
     --------

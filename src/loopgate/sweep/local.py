@@ -36,8 +36,8 @@ class TimeLimitError(LoopgateError):
 class LocalExecutor(Executor):
     """An executor that runs calls in `workers` separate processes, one call at a time in each.
 
-    Unlike `concurrent.futures.ProcessPoolExecutor`, the death of a worker fails the call it was working on
-    and no other; the next call gets a new process. Workers end when this process does, however it ends.
+    Unlike in `concurrent.futures.ProcessPoolExecutor`, the death of a worker fails only its own call; the
+    next call gets a new process. Workers end when this process ends, in whatever way.
 
     Parameters
     ----------

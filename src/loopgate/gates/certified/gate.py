@@ -30,20 +30,21 @@ _STAYS = refusal(Reason.STAYS)
 class CertifiedGate:
     """The gate ``certified``: it admits a move only if it can show that its promise still holds after it.
 
-    *Everyone* can go on for ever, by the first of these that applies:
+    The gate promises that *everyone* can go on for ever, by the first method that applies:
 
-    - All places are left in order of arrival and hold two or more, or are a single robot's own, and all
-      paths are closed: the chain rule (`ChainRule`), exact. The start must not be crowded (see
+    - The chain rule (`ChainRule`), exact, if all paths are closed and each place is left in order of arrival
+      and holds two robots or more, or is visited by one robot only. The start must not be crowded (see
       `loopgate.gates.certified.crowding`).
-    - Every robot has a home: `Homes`, exact.
-    - The system is small: `Exploration`, exact. By default only where some place holds one.
-    - A slot free in every place can be reached: `FreeSlots`; may refuse more than it must.
+    - `Homes`, exact, if every robot has a state on its path where it blocks no other robot.
+    - `Exploration`, exact, if the system is small. By default only if some place holds one robot.
+    - `FreeSlots`, if a configuration with a free slot in every place can be reached; it may refuse safe
+    moves.
 
-    Where none does, or if asked for: *somebody* can always move, no circular wait ever forms (`ChainRule`);
-    every robot needs a place on its path that holds two, or a home.
+    If no method applies, or if asked to, the gate promises that *somebody* can always move and that no
+    circular wait ever forms (`ChainRule`). For this each path needs a place for two robots, or a home.
 
-    Raises `GateError` if an option has no meaning. Raises `UnsafeStartError` if the promise cannot be given
-    for this start; the text names the robots.
+    Raises `GateError` if an option is invalid. Raises `UnsafeStartError` if the promise does not hold at the
+    start; the message names the robots.
 
     Parameters
     ----------
@@ -52,15 +53,16 @@ class CertifiedGate:
     promise
         ``everyone``, ``somebody``, or ``auto`` as above.
     budget
-        The most nodes an exact search may look at for one decision; beyond, the move is refused for now.
+        Largest number of nodes that a search may visit for one decision; beyond it the move is refused for
+        now.
     patience
-        After so many moves of others per robot without one of its own, a robot is worked towards: only
-        moves that keep open a way on which it moves soon are admitted, until it has moved (where the
-        promise is to everyone). 0: never.
+        Number of moves (for each robot of the system) that other robots may make while a robot waits. After
+        them the gate admits only moves that let the waiting robot move soon, until it has moved; only under
+        the promise *everyone*. 0: never.
     budget_ms
-        The longest time of an exact search for one decision [ms] by the clock given to `use_clock`; beyond,
-        the move is refused for now. 0, the default: no limit, since with one the same seed need not give
-        the same run. Looking for a witness of the start is limited by `budget` alone.
+        Longest time of a search for one decision [ms], by the clock given to `use_clock`; beyond it the move
+        is refused for now. 0, the default: no limit. With a limit the same seed may give different runs. The
+        search at the start is limited by `budget` only.
     """
 
     def __init__(
@@ -139,9 +141,9 @@ class CertifiedGate:
     def certificate(self, configuration: Configuration, robot: int) -> dict[str, Any] | None:
         """Return a proof of the decision about `robot`, which ``check-certificate`` can check.
 
-        It is plain data; the checker, `loopgate.research.theory.certificates`, names its kinds. None for
-        moves that capacity or order forbid, for a refusal for want of budget, for a fault, or for the sake of
-        another robot, and for one for which only a search speaks that found no slot free everywhere.
+        The proof is plain data; `loopgate.research.theory.certificates` describes its kinds and checks it.
+        None if there is no proof: capacity or order forbids the move, or the gate refused it because of its
+        budget, a fault, another robot's turn, or an inconclusive search.
         """
         decision = self.decide(configuration, robot)
         silent = decision.reason in {Reason.BUDGET, Reason.FAULT, Reason.NEGOTIATION}

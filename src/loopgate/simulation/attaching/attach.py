@@ -29,31 +29,32 @@ def attach(
     Parameters
     ----------
     sumo
-        The module ``libsumo`` or ``traci``, or a connection of traci; its simulation has been started.
+        The module ``libsumo`` or ``traci``, or a connection of traci, with a running simulation.
     gate
         A gate's name, with options behind a colon, or a class that is called with a `System`.
     negotiation
-        A negotiation's name, with options behind a colon, a class, or a negotiation that is made already.
+        A negotiation's name, with options behind a colon, a class, or a negotiation object.
     lights
-        ``obey``: nobody is let go into red; ``keep``: vehicles take their crossing, and then wait for green.
+        ``obey``: the gate grants nothing at red; ``keep``: vehicles get grants at red, and then wait for
+        green.
     seed
-        Of the negotiation.
+        Seed of the negotiation's random numbers.
     starving_s
-        How long a vehicle is granted nothing, and hardly drives, before it counts as starving [s].
+        Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     standing
-        ``contain``: vehicles are led round what stands; ``leave``: besides, vehicles without a way park
-        beside the road until it is free; ``wait``: vehicles wait.
+        ``contain``: vehicles are led round a blocked place; ``leave``: also, vehicles without another way
+        park beside the road until the place is free; ``wait``: vehicles wait.
 
     Returns
     -------
     Attached
-        To be used in a ``with`` statement: `Attached.add` takes vehicles in, `Attached.after_step` is called
-        after each step, `Attached.leave` lets vehicles go.
+        Use it in a ``with`` statement: `Attached.add` puts vehicles under the gate, `Attached.after_step` is
+        called after each step, `Attached.leave` releases vehicles.
 
     Raises
     ------
     LoopgateError
-        If no simulation is running, or it is set so that no gate could keep vehicles apart; the text names
+        If no simulation is running, or a setting of it would let gated vehicles collide; the message names
         the setting.
 
     Examples

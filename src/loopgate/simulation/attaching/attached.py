@@ -127,15 +127,14 @@ class Attached:
         Parameters
         ----------
         vehicles
-            On the road, or still to depart. The route of each is one round of its loop, or several: its last
-            edge leads to the first, or is the first.
+            Vehicles on the road or still to depart. The route of each is its loop, once or several times: its
+            last edge leads to the first edge, or is the first edge.
 
         Raises
         ------
         LoopgateError
-            If SUMO knows no such vehicle, another gate has it, its route is not closed, its loop cannot work,
-            or it drives in a way that no gate can count on; the text says which vehicle, and why. Then none
-            is added.
+            If a vehicle is unknown to SUMO, is under another gate, has a route that is not closed or cannot
+            work, or a type that gates refuse; the message names vehicle and reason. Then no vehicle is added.
         """
         known = self._known
         for other in (one for one in _OPEN if one is not self and one.connection is self.connection):
@@ -197,7 +196,7 @@ class Attached:
         Raises
         ------
         TrafficError
-            If one is not under the gate, and does not wait to be.
+            If a vehicle is neither under the gate nor waits to join.
         """
         for vehicle in vehicles:
             if vehicle not in self._fleet.members and vehicle not in self._entrance.newcomers:
@@ -211,17 +210,17 @@ class Attached:
     def block(self, *names: str) -> None:
         """Close a vehicle's place, an edge or a lane: no vehicle enters, and vehicles are led round it.
 
-        A vehicle that stands on the road at a stop for more than 300 s needs not be named.
+        Call it for breakdowns and closures. The gate itself notices vehicles with a stop of more than 300 s.
 
         Parameters
         ----------
         names
-            Vehicles under the gate that have broken down, edges or lanes that are closed.
+            Vehicles under the gate that have broken down; edges or lanes that are closed.
 
         Raises
         ------
         LoopgateError
-            If one is none of these; then none is blocked.
+            If a name is no gated vehicle, edge or lane; then nothing is blocked.
         """
         self._contained.block(names)
 
@@ -231,7 +230,7 @@ class Attached:
         Raises
         ------
         LoopgateError
-            If one was not blocked; then none is freed.
+            If a name was not blocked; then nothing is freed.
         """
         self._contained.free(names)
 
@@ -251,8 +250,8 @@ class Attached:
         Raises
         ------
         TrafficError
-            If SUMO refuses what the gate needs, an earlier state has been loaded, or something was set of a
-            vehicle that no gate can count on; the text says which vehicle, and what.
+            If SUMO refuses a call, an earlier state has been loaded, or a vehicle was given a setting that
+            gates refuse; the message names vehicle and setting.
         """
         try:
             self._look_at_clock()
