@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -74,10 +74,19 @@ class Departures:
         In the order in which they want to depart.
     slots
         How many all places on the road hold.
+    may_stay
+        Whether one that drives round leaves room for all others for ever.
     """
 
-    def __init__(self, traffic: Traffic, driving: Driving, due: Sequence[Due], slots: int) -> None:
-        self._traffic, self._driving = traffic, driving
+    def __init__(
+        self,
+        traffic: Traffic,
+        driving: Driving,
+        due: Sequence[Due],
+        slots: int,
+        may_stay: Callable[[Way], bool] = lambda _: True,
+    ) -> None:
+        self._traffic, self._driving, self._may_stay = traffic, driving, may_stay
         self._coming = deque(due)
         self._by_name = {one.way.vehicle: one for one in due}
         self._outside: dict[tuple[str, bool], list[Due]] = {}
@@ -142,7 +151,7 @@ class Departures:
         if now_s < self._tried_s.get(way.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
             return False
         self._tried_s[way.vehicle] = now_s
-        if not driving.ledger.fits(leg):
+        if not driving.ledger.fits(leg) or (one.again and not self._may_stay(way)):
             return False
         driving.ledger.shut(leg.place)
         if not driving.let_in(way, one.insertion):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
@@ -141,15 +141,16 @@ class Driving:
     def _let_come(self) -> None:
         """Take in who has departed, before anybody is granted their slots."""
         departed = set(self._traffic.departed()) if self.coming else set[str]()
-        come = [way for way in self.coming if way.vehicle in departed]
-        self.missed = [way for way in self.coming if way.vehicle not in departed]
-        for way in self.missed:
-            self._traffic.take_out(way.vehicle)
-        self.coming = []
-        self._welcome(come)
-        for way in come:
-            self.ledger.vehicles[way.vehicle].held = True
-            self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
+        coming, self.coming, self.missed = self.coming, [], []
+        for way in coming:
+            # Two that come in one step could close a circle together.
+            if way.vehicle in departed and self.ledger.fits(self.path(way)[way.position]):
+                self._welcome([way])
+                self.ledger.vehicles[way.vehicle].held = True
+                self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
+            else:
+                self._traffic.take_out(way.vehicle)
+                self.missed.append(way)
 
     def _welcome(self, ways: Sequence[Way]) -> None:
         traffic, first, fronts = self._traffic, len(self.names), list[float]()
@@ -225,6 +226,11 @@ class Driving:
     def once(self) -> int:
         """How many are on the road that drive to the ends of their ways."""
         return len(self.ledger.vehicles) - len(self._round)
+
+    @property
+    def rounds(self) -> Iterable[Sequence[Leg]]:
+        """The paths of those on the road that drive round."""
+        return self._round.values()
 
     def path(self, way: Way) -> list[Leg]:
         """Return the legs of a way."""

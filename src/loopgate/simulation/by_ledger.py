@@ -47,7 +47,6 @@ def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
         f"negotiation {scenario.negotiation}": scenario.rule_for_negotiation != "pressure",
         f"decide {scenario.decide}": scenario.by_messages is not None,
         f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
-        "loops that depart later": any(one.start.loop.closed for one in assembly.departures),
         "incidents, or stops that vehicles are led round": assembly.contains,
         "trips that SUMO leads another way": bool(assembly.anew),
     }

@@ -9,8 +9,10 @@ from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures as Rules
 from loopgate.control.departures import Due
 from loopgate.control.driving import Driving
+from loopgate.control.places import Place
 from loopgate.control.way import Way
 from loopgate.drive.track import Track
+from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.fleet.departures import Arrived, Departures
@@ -73,6 +75,8 @@ class LedgerDepartures(Departures):
         self._rules: Rules | None = None
         self.departed_s = driving.departed_s
         driving.lay([one.way for one in self._due])
+        once = {id(one.way.legs): one.way for one in self._due if one.way.legs[-1].away}
+        self._passing = [driving.path(way) for way in once.values()]
         driving.on_leaving = self._leaves
 
     @property
@@ -83,8 +87,23 @@ class LedgerDepartures(Departures):
     def look(self) -> None:
         """Insert the vehicles that are due and may depart."""
         if self._rules is None:  # all who are there from the beginning are there now
-            self._rules = Rules(self._traffic, self._driving, self._due, self._slots)
+            rules = self._traffic, self._driving, self._due, self._slots
+            self._rules = Rules(*rules, may_stay=self._may_stay)
         self._rules.look()
+
+    def _may_stay(self, way: Way) -> bool:
+        """Return whether everybody can go on for ever with one more that drives round, and who passes later.
+
+        That is condition (S) of `loopgate.gates.certified.crowding`.
+        """
+        driving = self._driving
+        coming = [one for one in (*driving.coming, way) if not one.legs[-1].away]
+        number: dict[Place, int] = {}
+        loops, passing = (
+            [[number.setdefault(leg.place, len(number)) for leg in path] for path in paths]
+            for paths in ([*driving.rounds, *map(driving.path, coming)], self._passing)
+        )
+        return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
 
     def _leaves(self, account: Account, _why: str) -> None:
         """Take note of what a vehicle did that has arrived."""

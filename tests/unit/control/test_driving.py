@@ -1,0 +1,69 @@
+"""Vehicles that come in while others drive."""
+
+from __future__ import annotations
+
+from fake_traffic import FakeTraffic, FakeVehicle
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.control.driving import Driving
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.control.rules import usual
+from loopgate.control.way import Way
+from loopgate.model import StateId
+from loopgate.network.loop import LanePosition
+from loopgate.traffic.base import Insertion
+
+EDGES = (("a", 50.0), ("b", 50.0))
+LEGS = tuple(
+    Leg(StateId(name), 50.0 * k, 50.0 * k + 50.0, line=LanePosition(name, 0, 50.0))
+    for k, name in enumerate("ab")
+)
+
+
+class Comers(FakeTraffic):
+    """Vehicles that all depart in the step after they were put in."""
+
+    def __init__(self) -> None:
+        super().__init__({})
+        self.coming: list[str] = []
+        self.come: list[str] = []
+
+    def put_in(self, vehicle: str, how: Insertion) -> None:
+        """Let a vehicle come."""
+        self.fleet[vehicle] = FakeVehicle(EDGES, how.position_m)
+        self.coming.append(vehicle)
+
+    def take_out(self, vehicle: str) -> None:
+        """Strike a vehicle."""
+        del self.fleet[vehicle]
+
+    def departed(self) -> tuple[str, ...]:
+        """Return who has come."""
+        return tuple(self.come)
+
+    def step(self) -> None:
+        """Let come who was put in."""
+        super().step()
+        self.come, self.coming = self.coming, []
+
+
+def test_of_two_that_would_close_a_circle_together_one_waits() -> None:
+    """With one more vehicle in each of two places of two slots, all would wait."""
+    traffic = Comers()
+    driving = Driving(traffic, Layout({"a": 2, "b": 2}, [LEGS]), Ledger(usual()))
+    ways = [
+        Way(f"v{k}", "ab", 100.0, 10.0, LEGS, ((0.0, "a"), (50.0, "b")), k % 2, 50.0 * (k % 2) + at_m, "")
+        for k, at_m in enumerate((40.0, 40.0, 10.0, 10.0))
+    ]
+    for way in ways[:2]:
+        traffic.put_in(way.vehicle, Insertion("ab", "car", 0, way.front_m))
+    traffic.step()
+    driving.take_in(ways[:2])
+    for way in ways[2:]:
+        assert driving.ledger.fits(driving.path(way)[way.position])
+        assert driving.let_in(way, Insertion("ab", "car", 0, way.front_m))
+    driving.step()
+    assert list(driving.departed_s) == ["v2"]
+    assert driving.missed == ways[3:]
+    assert set(traffic.fleet) == {"v0", "v1", "v2"}
