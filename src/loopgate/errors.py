@@ -94,9 +94,9 @@ class RefusedLoopError(ScenarioError):
     Attributes
     ----------
     loop
-        The name of the first.
+        The name of the first refused loop.
     refused
-        Why, by name; the text lists all.
+        The reasons by the names of the loops; the message lists all.
     """
 
     def __init__(self, refused: Mapping[str, Refusal]) -> None:
@@ -112,11 +112,11 @@ class TooManyVehiclesError(ScenarioError):
     Attributes
     ----------
     vehicles, loops
-        How many there are.
+        Numbers of vehicles and loops.
     fitting
-        How many of them, from the first on, find a place.
+        Number of vehicles that find a place, counted from the first.
     name
-        The vehicle after these.
+        The first vehicle that finds no place.
     """
 
     def __init__(self, *, vehicles: int, loops: int, fitting: int, name: str) -> None:

@@ -62,19 +62,18 @@ def audit_positions(
 ) -> PositionAudit:
     """Check the recorded positions of all vehicles against the layout and the grants.
 
-    A vehicle's body is its front and all behind it, as long as it is, along its loop. Between two steps it
-    is taken to keep its speed, as SUMO moves it. The rules:
+    A vehicle's body reaches from its front back along its loop, by its length. Between two steps it keeps its
+    speed. The rules:
 
-    - *crossing*: bodies of two conflicting movements are never on the stretch that the two share at once;
-    - *drawn*: the same for the stretches found anew from the drawn lanes, so that a conflict or a part of
-      a stretch that the abstraction has missed shows;
-    - *conflict*: of a crossing as drawn, the abstraction knows the foes and the whole stretch, and nothing is
-      drawn over a place where a vehicle may wait (no positions needed);
-    - *bodies*: no two bodies, as rectangles on the ground where SUMO says they are, overlap;
-    - *room*: never more bodies on a place than it holds;
-    - *ahead*: no front is beyond the place last granted before that step;
-    - *behind*: no rear is in a place that the trace says it has left;
-    - *lane*: no vehicle is on a lane that is not on its loop.
+    - *crossing*: two vehicles on conflicting movements are never both on the stretch that these share;
+    - *drawn*: the same for stretches that the audit itself finds from the lanes on the map;
+    - *conflict*: the layout has each conflict seen on the map over its whole length, and no movement leads
+      over a place where a vehicle may wait (no positions needed);
+    - *bodies*: no two bodies overlap, as rectangles on the ground at SUMO's positions;
+    - *room*: a place never has more bodies than slots;
+    - *ahead*: no front is beyond the last granted place;
+    - *behind*: no rear is in a place that the vehicle has left according to the trace;
+    - *lane*: no vehicle is on a lane outside its loop.
 
     Parameters
     ----------
@@ -83,9 +82,9 @@ def audit_positions(
     layout
         States, crossings and vehicles.
     events
-        `EVENT_COLUMNS` of the same run; or pieces of that, one after the other.
+        `EVENT_COLUMNS` of the same run; or consecutive pieces of this table.
     tick
-        Told the time that has been audited [s].
+        Called with the simulated time that has been audited [s].
 
     Returns
     -------

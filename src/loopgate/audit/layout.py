@@ -31,8 +31,8 @@ Stretch = tuple[float, float]
 class LoopSpan:
     """A lane of a loop: arc length [m] at its beginning and end, and the lanes a vehicle may be on there.
 
-    The first of these is the one on which it leaves; `entered` names the one on which it comes, if that is
-    another.
+    The first of these lanes is the lane on which the vehicle leaves. `entered` is the lane on which it comes,
+    if that is another lane.
     """
 
     begin_m: float

@@ -17,10 +17,10 @@ class Finding:
     """A violation of a rule, found by the audit."""
 
     at_s: float
-    """When [s]."""
+    """Time of the violation [s]."""
     vehicle: str
     place: str
-    """`vehicle` and `place`: whom and what it is about; place may be empty."""
+    """`vehicle` and `place`: the vehicle and the state concerned; `place` may be empty."""
     rule: str
     """``capacity``, ``trespass``, ``path``, ``order``, ``release``, ``entry``, ``exit``, ``start``,
     ``collision``, ``teleport``, ``progress`` or ``laps``."""
@@ -39,35 +39,34 @@ def audit_events(
 ) -> list[Finding]:
     """Check a finished run by its events: capacities, order, and a grant for every entry.
 
-    The books are kept anew from ``start``, ``grant`` and ``leave`` events, in the order of the trace:
+    The audit counts the vehicles in each state by the events ``start``, ``grant`` and ``leave``. The rules:
 
-    - *capacity*: never more vehicles hold a state than it holds, from the grant until the rear has left;
-    - *trespass*: the front, as SUMO reports it, enters only what was granted, in that order;
-    - *path*: a vehicle is granted the states of its path, in order;
-    - *order*: vehicles are granted the way out of a FIFO state in the order in which they were granted it;
-    - *release*: a vehicle leaves states in the order in which it took them, and never its last one, but when
-      it goes off the road, or parks beside it; then it comes back into that one;
-    - *entry*: a vehicle comes onto the road once, holding nothing yet, where its way begins (*path*), and its
-      place has a slot (*capacity*);
-    - *exit*: one that drives once goes off it in the last place of its route, and holds nothing afterwards;
-    - *collision*, *teleport*: SUMO reported none;
-    - *laps*: a vehicle has not been counted more laps than its grants allow;
-    - *progress*: if asked for, no vehicle goes without a grant for longer than `starved_after_s`.
+    - *capacity*: a state never has more vehicles than it holds, from the grant until the rear has left;
+    - *trespass*: a vehicle's front, as SUMO reports it, enters only granted states, in order;
+    - *path*: a vehicle gets grants for the states of its path, in order;
+    - *order*: vehicles get grants to leave a FIFO state in the order in which they entered it;
+    - *release*: a vehicle leaves states in the order in which it entered them, and leaves its last state only
+      when it leaves the road or parks beside it; it returns from parking into that state;
+    - *entry*: a vehicle enters the road once, where its path begins, and its place has a free slot;
+    - *exit*: a vehicle on a trip leaves the road in the last place of its route;
+    - *collision*, *teleport*: SUMO reports none;
+    - *laps*: no vehicle has more laps than its grants allow;
+    - *progress*: if asked for, no vehicle is without a grant for longer than `starved_after_s`.
 
     Parameters
     ----------
     events
-        `EVENT_COLUMNS`, in the order in which they happened; or pieces of that, one after the other.
+        `EVENT_COLUMNS`, in the order in which they happened; or consecutive pieces of this table.
     system
         The system of the run (``system.json``).
     laps
-        Laps that the run counted, by vehicle.
+        Number of laps that the run counted, by vehicle.
     starved_after_s
-        Longest time without a grant that is no finding [s]; None does not look.
+        Longest allowed time without a grant [s]; None for no limit.
     joined
-        Robots that joined later, each in a state that its vehicle was the last to enter.
+        Robots that joined during the run, each in the state where its vehicle was.
     room
-        How many vehicles the states of these hold, by name; all of them are left in order.
+        Capacity of the states of these robots, by name; robots leave all of them in order.
 
     Returns
     -------

@@ -18,15 +18,16 @@ def export_loops(
 ) -> list[Path]:
     """Write loops and their streets as map files (GeoJSON, GPX, KML); return their paths.
 
-    ``loops.geojson`` and ``streets.geojson`` hold all of them, ``loops/NAME.gpx`` and ``loops/NAME.kml`` each
-    loop with its turn list. Longitude and latitude (WGS 84) follow from the network's projection.
+    ``loops.geojson`` and ``streets.geojson`` hold all loops and streets; ``loops/NAME.gpx`` and
+    ``loops/NAME.kml`` hold one loop with its turn list. Longitude and latitude (WGS 84) follow from the
+    network's projection.
 
     Raises `NetworkError` if the network has no projection, `ResultsError` if a file cannot be written.
 
     Parameters
     ----------
     left_out
-        Streets that no loop covers, by edge, and why not; they are written too.
+        Reasons why streets are not covered, by edge; these streets are written too.
 
     Examples
     --------

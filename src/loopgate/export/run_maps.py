@@ -97,7 +97,8 @@ def export_run(folder: Path | str, out: Path | str) -> list[Path]:
 def run_features(folder: Path | str, layer: str = "streets") -> Features:
     """Return a map layer of a run as GeoJSON features.
 
-    Raises `ResultsError` if there is no such layer, and as `export_run`.
+    Raises `ResultsError` if the layer is unknown or `folder` is no run folder, `NetworkError` if the network
+    is not found or has no projection.
 
     Examples
     --------
@@ -116,8 +117,8 @@ def run_features(folder: Path | str, layer: str = "streets") -> Features:
 def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
     """Return all events of one vehicle in order of time.
 
-    Columns: `TIME` [s], ``clock`` (h:mm:ss), ``what``, `STREET`, `EDGE`, ``lon`` and ``lat`` [degrees] of
-    the edge's beginning. Raises `ResultsError` if the run has no such vehicle, and as `export_run`.
+    Columns: `TIME` [s], ``clock`` (h:mm:ss), ``what``, `STREET`, `EDGE`, ``lon`` and ``lat`` [degrees] of the
+    edge's beginning. Raises `ResultsError` if the run has no such vehicle, and the errors of `export_run`.
 
     Examples
     --------

@@ -36,9 +36,9 @@ class Way:
     line
         Points of a lap, network coordinates [m], shape (n, 2).
     edges
-        Its edges, in driving order.
+        Edges in driving order.
     begins_m
-        Where each edge begins, along the loop [m].
+        Distance of each edge's beginning from the loop's beginning [m].
     length_m
         Length of a lap [m].
     """
@@ -85,7 +85,7 @@ def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[fl
     edges
         Edges in driving order; the last leads to the first.
     begins_m
-        Where each begins, along the loop [m].
+        Distance of each edge's beginning from the loop's beginning [m].
 
     Examples
     --------

@@ -19,8 +19,8 @@ class Robot:
     id
         The robot's name, unique in its system.
     path
-        The states in driving order. A state may come back within one round; each visit is a position
-        of its own. Two visits in a row of the same state are one visit and must be written as one.
+        The states in driving order. A state may occur several times, but not twice in a row; each visit is a
+        position of its own.
     closed
         Whether the last state is followed by the first. An open path ends in a terminal state where the
         robot stays for good.

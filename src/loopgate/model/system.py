@@ -20,7 +20,7 @@ class System:
     """Robots on paths over states, some of which are shared (Zhou et al. 2020, Section 3.2).
 
     Robots and states are numbered: robot ``i`` is ``robots[i]``; state numbers follow the first
-    appearance along the robots' paths. Algorithms use the numbers, people the names.
+    appearance along the robots' paths. Algorithms use the numbers; names are for people.
 
     A state that a single robot visits is *private*; every other state is a *collision state*. A collision
     state holds ``capacity`` robots at once, one unless said otherwise. In a *FIFO* state robots leave in
@@ -34,9 +34,9 @@ class System:
     robots
         At least one robot; ids are unique.
     capacity
-        How many robots a state holds at once, for states that hold more than one (or to say 1 plainly).
+        The number of robots that a state holds at once, by the state's name; 1 for states that are not named.
     fifo
-        The states that are left in order of arrival.
+        Names of the states that robots leave in the order of their arrival.
 
     Examples
     --------

@@ -12,9 +12,9 @@ class Request(NamedTuple):
     robot: int
     here: int
     wanted: int
-    """`here` and `wanted`: numbers of the state it stands in and of the state it wants."""
+    """`here` and `wanted`: number of the vehicle's state, and number of the state that it requests."""
     since_s: float
-    """When it first asked for `wanted` [s]."""
+    """Time of the first request for `wanted` [s]."""
 
 
 class View(Protocol):
@@ -44,7 +44,7 @@ class Negotiation(Protocol):
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
         """Return `requests` in the order in which the gate shall decide them.
 
-        A request may be left out: it waits, and takes part again in the next step.
+        A request that is left out waits for the next step.
         """
         ...
 

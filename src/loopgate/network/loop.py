@@ -70,8 +70,8 @@ class LaneSpan:
 class Loop:
     """A route through the network, closed unless said otherwise; arc length 0 is the start of its first edge.
 
-    Arc length is SUMO's: the lengths of lanes and internal lanes, by which vehicles drive, not the lengths
-    of the drawn shapes. Make one with `loopgate.network.make_loop`.
+    Arc length is the sum of SUMO's lengths of lanes and internal lanes, not of the drawn shapes. Make a loop
+    with `loopgate.network.make_loop`.
 
     Attributes
     ----------
@@ -80,12 +80,12 @@ class Loop:
     spans
         Lanes and internal lanes in driving order, without gaps.
     movements
-        Over the junctions: from each edge to the next.
+        Movements over the junctions, from each edge to the next.
     stops_on
         Edges on which some vehicle stops.
     closed
-        Whether it is driven round and round. A route that is not is driven once: its vehicles go off the
-        road at its end.
+        Whether vehicles drive it round and round. Vehicles drive an open route once and leave the road at its
+        end.
 
     Examples
     --------
@@ -159,7 +159,7 @@ class Loop:
         position_m
             Position on its lane [m]; SUMO lets vehicles stand a hair beyond the end.
         after_m
-            Where to begin, for loops that use an edge twice.
+            Arc length from which to look, for loops that use an edge twice.
         """
         found = [span.begin_m + min(position_m, span.length_m) for span in self.spans if span.edge == edge]
         if not found:
@@ -170,8 +170,8 @@ class Loop:
     def hold_before(self, arc_m: float) -> float:
         """Return the last arc length up to `arc_m` at which SUMO can make a vehicle stop.
 
-        That is on a normal lane, at least `HOLD_MARGIN_M` from both of its ends. The result is below 0
-        if it lies before the loop's beginning.
+        Vehicles can stop on a normal lane, at least `HOLD_MARGIN_M` from both ends. The result is below 0 if
+        it lies before the loop's beginning.
 
         Raises `RouteError` if the loop has no lane long enough.
         """
@@ -214,8 +214,8 @@ class Loop:
     def curve(self) -> tuple[Floats, Floats]:
         """Return the loop as drawn: points [m], shape (n, 2), and the arc length of each [m], shape (n,).
 
-        Shapes are scaled so that arc lengths agree with lane lengths. The first point comes back at the end
-        where the drawing is closed; consecutive lanes may repeat a point or leave a small gap, as drawn.
+        Shapes are scaled so that arc lengths agree with lane lengths. On a closed loop the last point is the
+        first point again. Consecutive lanes may repeat a point or leave a small gap, as drawn.
         """
         points: list[Floats] = []
         arcs: list[Floats] = []

@@ -43,7 +43,7 @@ class RoadNetwork:
     Attributes
     ----------
     name
-        As it was asked for: a path or ``sumo:NAME``.
+        The path or ``sumo:NAME`` from which the network was read.
     edges
         Normal edges by id, in the file's order.
     lanes
@@ -108,14 +108,13 @@ class RoadNetwork:
     def open(cls, name: str | Path) -> RoadNetwork:
         """Read a network from a file, or from the SUMO package.
 
-        Raises `NetworkError` if there is no such network, or the file is no SUMO network or one that makes no
-        sense.
+        Raises `NetworkError` if the network is not found, or the file is no valid SUMO network.
 
         Parameters
         ----------
         name
             A ``.net.xml`` or ``.net.xml.gz`` file, a ``.sumocfg`` (its network), or ``sumo:NAME`` for a
-            network that ships in the SUMO package. The last few that were read are kept, by their content.
+            network in the SUMO package. The last few networks stay in memory.
 
         Examples
         --------

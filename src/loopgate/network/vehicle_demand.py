@@ -52,8 +52,8 @@ class VehicleDemand:
     def each(self, begin_s: float, end_s: float, seed: int) -> Iterator[VehicleDemand]:
         """Yield the vehicles that depart during a run; earlier departures count at the start.
 
-        Of those who drive their route once nobody departs before or after that. What is drawn of a vehicle
-        follows from seed and name.
+        A vehicle on a trip departs only within the run. Random draws depend on the seed and the vehicle's
+        name.
         """
         for one in self._each(begin_s, end_s, seed):
             if not one.once or begin_s <= one.depart_s < end_s:
@@ -145,7 +145,7 @@ class RoutesFile:
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
         """Return names and loops of the file's vehicles; of one vehicle per loop if it has none.
 
-        The mapping says where the file wants vehicles to start, as arc length [m] by name.
+        The mapping gives the start positions in the file, as arc length [m] by vehicle.
         """
         if not self.vehicles:
             return [loop.id for loop in self.loops], list(self.loops), {}

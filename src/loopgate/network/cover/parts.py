@@ -33,17 +33,18 @@ class Part:
 def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_STREETS) -> list[Part]:
     """Divide the streets to cover into rectangles with at most `most` streets each; O(n log n).
 
-    The rectangle with too many streets is cut at the median of its longer side, again and again. The two
-    directions of a street stay together. Loops of a part stay near it, unless that cuts streets off.
+    A rectangle with too many streets is cut at the median of its longer side, repeatedly. The two directions
+    of a street stay together. The loops of a part stay near it, unless some streets could then not be
+    reached.
 
     Parameters
     ----------
     network, task
-        The roads, and what is to be covered.
+        The roads, and the streets to cover.
     count
-        How many loops there are: there are no more parts, unless the task bounds the length of loops.
+        Number of loops, and so the largest number of parts, unless the task bounds the length of loops.
     most
-        Most streets in a part.
+        Largest number of streets in a part.
 
     Examples
     --------

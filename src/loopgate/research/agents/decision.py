@@ -19,10 +19,10 @@ class Sensing:
     """The sensing range of a robot, in states ahead on its path."""
 
     states_ahead: int | None = None
-    """States ahead on its own path whose signals a robot can read; None for as many as it looks ahead."""
+    """Number of states ahead whose signals a robot can read; None for as many as it looks ahead."""
     monitored: frozenset[int] = frozenset()
-    """States with a monitor at their ends, which tells anyone who is in them (Section 3.1 of Zhou et al.
-    2020): for segments longer than the range."""
+    """States with a monitor, which tells other robots which robot is there (Section 3.1 of Zhou et al. 2020):
+    for segments longer than the range."""
 
 
 def sense(
@@ -97,9 +97,9 @@ def decide_by_messages(
     Parameters
     ----------
     system, configuration, robot
-        The robot that asks, and where everyone stands.
+        The system, the positions of all robots, and the robot that asks.
     link, sensing
-        How messages fare and how far robots see; without loss and everything needed if not given.
+        Delay and loss of messages, and the sensing range; default: no loss and a sufficient range.
     """
     check_single(system)
     network = MessageNetwork(link or Link(), random.Random(seed))

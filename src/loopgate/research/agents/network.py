@@ -18,7 +18,7 @@ class Link:
     """The delay, loss and duplication of messages between agents."""
 
     delay: tuple[float, float] = (0.0, 0.0)
-    """Least and most delay [time units]; drawn per copy, so that messages overtake each other."""
+    """Smallest and largest delay [time units], drawn for each copy, so that messages overtake each other."""
     loss: float = 0.0
     """Probability that a copy is lost."""
     duplicate: float = 0.0

@@ -109,12 +109,11 @@ def run_agents(
 ) -> DistributedRun:
     """Run the agents from the start of the system for at most `rounds` rounds.
 
-    In each round every robot decides by messages whether its move is free of collisions and deadlocks. Those
-    whose move is negotiate: each tells the coordinator, drawn among them, a random delay, and the coordinator
-    names the least. If nobody hears from it, the next one in the draw takes over. The robot named asks all
-    others to agree, which each does for one robot per round; it moves only with every agreement. So two
-    robots never move on what they learnt about the same configuration, whatever messages are lost or late; a
-    missing one means to stand still.
+    In each round every robot decides by messages whether its move is free of collisions and deadlocks. Robots
+    with such a move negotiate: each sends a random delay to a coordinator, drawn among them, and the
+    coordinator names the robot with the smallest delay. If the coordinator fails, the next robot in the draw
+    takes over. The named robot moves only if all others agree, and each agrees to one robot per round. So two
+    robots never move in the same configuration, even if messages are lost or late.
 
     Raises `SystemModelError` if a shared state holds more than one robot.
 
@@ -123,9 +122,9 @@ def run_agents(
     system
         States of one robot each.
     rounds, seed
-        How long, and where the random numbers begin.
+        Largest number of rounds, and seed of the random numbers.
     fails
-        Whether a robot fails to act as coordinator in a round.
+        Function of round and robot: whether the robot fails as coordinator in that round.
     """
     check_single(system)
     rng = random.Random(seed)

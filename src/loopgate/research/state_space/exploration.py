@@ -23,25 +23,24 @@ class ExplorationFigures:
     """The counts of configurations that are reachable from the start under a gate."""
 
     configurations: int
-    """How many there are; a configuration is the robots' positions (and the order within FIFO states)."""
+    """Number of configurations (positions of all robots, and their order within FIFO states)."""
     transitions: int
-    """Admitted moves among them."""
+    """Number of admitted moves between them."""
     live: int
-    """How many of them are live: every robot can go on for ever, were the gate not there."""
+    """Number of live configurations: every robot could go on for ever without the gate."""
     deadlocks: int
-    """How many have a circular wait (Def. 3)."""
+    """Number of configurations with a circular wait (Def. 3)."""
     higher_order: dict[str, int] | None
-    """How many are neither live nor a deadlock, by order (Def. 11), with those of no order under
-    ``"unordered"``. None where some robot has no private or terminal state."""
+    """Number of configurations that are neither live nor a deadlock, by order (Def. 11), or ``"unordered"``.
+    None if some robot has no private or terminal state."""
     stuck: int
-    """How many are unfinished though the gate admits nothing."""
+    """Number of configurations in which the gate admits no move although robots are not finished."""
     unsafe_admitted: int
-    """How many are not what the gate promises though an admitted move leads to them: live, or, of a gate that
-    promises that somebody can always move, that."""
+    """Number of configurations that break the gate's promise although an admitted move leads to them."""
     seconds: float
     counterexample: Counterexample | None = field(default=None)
-    """A shortest way to a configuration that is unsafe or stuck, if it was asked for and there is one. The
-    start may be."""
+    """A shortest sequence of moves to an unsafe or stuck configuration, if asked for and found; empty if the
+    start is one."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the counts as a JSON object, without the counterexample."""
@@ -61,24 +60,24 @@ def explore(
 ) -> ExplorationFigures:
     """Visit every configuration that is reachable from the start under `gate`, and count deadlocks.
 
-    Raises `ExplorationLimitError` if memory or limit do not suffice.
+    Raises `ExplorationLimitError` if the memory or the limit is too small.
 
     Parameters
     ----------
     system, gate
-        The system to explore, and its gate, whose decisions must depend on the configuration alone;
+        The system to explore, and its gate. The gate's decisions must depend on the configuration only;
         `Gate.moved` is not called.
     counterexample
         Whether to look for a shortest counterexample.
     limit
-        The most configurations to find without the gate, if given.
+        Largest number of configurations to visit without the gate.
     progress
-        Called now and then with the number of configurations found.
+        Called at times with the number of configurations found so far.
 
     Notes
     -----
-    First all configurations are found that can be reached without the gate (`StateSpace`), then those among
-    them that it lets come about (`Reach`).
+    The search first finds all configurations that can be reached without the gate (`StateSpace`), then the
+    configurations that can be reached under the gate (`Reach`).
 
     Examples
     --------

@@ -30,12 +30,12 @@ class Counterexample:
     """A sequence of moves to a configuration in which a gate's promise is broken."""
 
     kind: str
-    """``unsafe``: the last move was admitted though it is not safe. ``stuck``: nothing is admitted there
-    though not all have finished. ``disabled``: the last move breaks a capacity or an order."""
+    """``unsafe``: the gate admitted the last move although it is not safe. ``stuck``: the gate admits no move
+    although robots are not finished. ``disabled``: the last move breaks a capacity or an order."""
     moves: tuple[RobotId, ...]
-    """The robots that move, from the start on; where all configurations are looked at, no way is shorter."""
+    """The robots that move, in order, from the start; a shortest sequence if all configurations are known."""
     configuration: tuple[StateId, ...]
-    """The states in which the robots then stand."""
+    """The states that the robots occupy after the moves."""
 
 
 PROMISES = ("everyone", "somebody")

@@ -33,24 +33,24 @@ class ExplorationLimitError(LoopgateError):
 class StateSpace:
     """All configurations reachable from the start without a gate, numbered in breadth-first order.
 
-    O(robots) table look-ups per configuration; 32 bytes for each, and 10 for each move, at the worst moment.
-    Raises `ExplorationLimitError` if memory or limit do not suffice.
+    O(robots) table look-ups for each configuration; at most 32 bytes for each configuration and 10 for each
+    move. Raises `ExplorationLimitError` if the memory or the limit is too small.
 
     Parameters
     ----------
     limit
-        The most configurations to find, if given.
+        Largest number of configurations to find.
     progress
-        Called now and then with the number of configurations found.
+        Called at times with the number of configurations found so far.
 
     Attributes
     ----------
     keys
-        The words of each configuration, in rows; the start is number 0.
+        Each configuration encoded as a row of machine words; the start is row 0.
     moves
-        All moves between them.
+        All moves between configurations.
     locked
-        Whether a configuration has a circular wait (Def. 3).
+        For each configuration, whether it has a circular wait (Def. 3).
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class StateSpace:
     def number(self, configuration: Configuration) -> int:
         """Return the number of a reachable configuration.
 
-        Raises `KeyError` if it cannot.
+        Raises `KeyError` if the configuration cannot be reached.
         """
         found = find(self._slots, self.keys, self.encoding.encode(configuration))
         if found < 0:

@@ -31,41 +31,39 @@ class Verification:
     method: str
     """``exhaustive`` or ``walks``."""
     judge: str
-    """Where the exact answer comes from: ``oracle`` (all configurations), or ``homing``; for a gate
-    that promises that somebody can always move ``somebody`` (all configurations) or, where that does not fit,
-    ``deadlocks`` (circular waits only)."""
+    """The method that finds the exact answer: ``oracle`` (all configurations) or ``homing`` (ways home). For
+    a gate that promises that somebody can always move: ``somebody`` (all configurations) or, if they are too
+    many, ``deadlocks`` (circular waits only)."""
     systems: int = 1
     """Systems checked."""
     configurations: int = 0
-    """Configurations in which every robot was asked about; in walks, with repetitions."""
+    """Configurations in which the gate decided about every robot; in walks some count more than once."""
     decisions: int = 0
-    """Enabled moves decided."""
+    """Decisions about enabled moves."""
     safe: int = 0
     safe_admitted: int = 0
-    """`safe` and `safe_admitted`: safe ones among them, and how many of these the gate admitted; 0 without a
-    judge of safety."""
+    """`safe` and `safe_admitted`: decisions about safe moves, and how many of these the gate admitted; 0 if
+    safety was not judged."""
     unsafe_admitted: int = 0
     stuck: int = 0
     disabled_admitted: int = 0
     """`unsafe_admitted`, `stuck` and `disabled_admitted`: broken promises; see `Counterexample`."""
     budget_stops: int = 0
-    """Refusals for want of budget."""
+    """Refusals because the gate's budget was used up."""
     starts_refused: int = 0
     live_starts_refused: int = 0
     dead_starts_accepted: int = 0
-    """`starts_refused`, `live_starts_refused` and `dead_starts_accepted`: starts that the gate refused, those
-    among them that are live, and starts that it did not refuse though they are not live (these are not walked
-    from)."""
+    """`starts_refused`, `live_starts_refused` and `dead_starts_accepted`: starts that the gate refused, live
+    starts among these, and accepted starts that are not live (no walk begins there)."""
     explored: int = 0
     reachable_live: int = 0
-    """`explored` and `reachable_live`: configurations that the gate lets come about, and that some gate could
-    let come about without ever being unsafe (exhaustive checks only)."""
+    """`explored` and `reachable_live`: configurations reachable under the gate, and under the best possible
+    safe gate (exhaustive checks only)."""
     deadlocks: int = 0
-    """Configurations with a circular wait that the gate lets come about (exhaustive checks only)."""
+    """Configurations with a circular wait that are reachable under the gate (exhaustive checks only)."""
     starving: int = 0
-    """Configurations that the gate lets come about and from which, by moves that it admits, not every robot
-    can go on for ever (exhaustive checks only). Not part of `holds`: a gate that promises that somebody can
-    move does not promise more."""
+    """Configurations reachable under the gate from which, by admitted moves, not every robot can go on for
+    ever (exhaustive checks only). Not part of `holds`: some gates only promise that somebody can move."""
     counterexample: Counterexample | None = field(default=None)
     """The first found, if any."""
 
@@ -119,7 +117,8 @@ def verify_everywhere(
     Parameters
     ----------
     make
-        Makes the gate. Its decisions must depend on the configuration alone; `Gate.moved` is not called.
+        Function that makes the gate. The gate's decisions must depend on the configuration only; `Gate.moved`
+        is not called.
     progress
         Called with the number of configurations found so far.
     each
@@ -142,11 +141,10 @@ def verify_space(
     Parameters
     ----------
     make, progress, each
-        As there.
+        As for `verify_everywhere`.
     promise
-        The meaning of safe: ``everyone``, a configuration from which every robot can go on for ever;
-        ``somebody``, one from which somebody can always move on without any circular wait ever. By default
-        what the gate promises, see `promise_of`.
+        The meaning of *safe*. ``everyone``: every robot can go on for ever. ``somebody``: some robot can
+        always move, and no circular wait ever forms. Default: the gate's own promise, see `promise_of`.
     """
     try:
         gate = make(space.system)

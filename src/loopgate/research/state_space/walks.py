@@ -49,17 +49,18 @@ def verify_walks(
 ) -> Verification:
     """Check a gate along random walks of admitted moves.
 
-    The judge is a plain search for a way home where private states decide liveness; else all configurations
-    are looked at; beyond the limit only stuck configurations, broken capacities and circular waits are found.
+    If private states decide liveness, a search for ways home judges each move; otherwise a visit of all
+    configurations does. Beyond the limit only stuck configurations, broken capacities and circular waits are
+    found.
 
     Parameters
     ----------
     system, make
-        The system, and what makes the gate; each walk begins with a new one.
+        The system, and a function that makes the gate; each walk begins with a new gate.
     walks, steps
-        How many walks, and the most moves of each.
+        Number of walks, and largest number of moves of each.
     limit
-        The most configurations to look at for judging.
+        Largest number of configurations to visit for a judgement.
     progress
         Called with the number of moves made so far.
     each

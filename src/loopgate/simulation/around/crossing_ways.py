@@ -37,9 +37,9 @@ class Approach:
     Attributes
     ----------
     from_edge, to_edge
-        The roads before and behind the junction.
+        The edges before and behind the junction.
     signal
-        Light and link of the way across, or None.
+        Traffic light and link of the movement, or None.
     """
 
     from_edge: str
@@ -54,26 +54,24 @@ class Movement:
     Attributes
     ----------
     from_m
-        Where it begins, behind the end of the state that lies before the crossing [m].
+        Distance of its beginning from the end of the state before the crossing [m].
     across
-        Lanes inside the junction on which nobody may be when a vehicle sets out.
+        Lanes inside the junction that must be empty when a vehicle sets out.
     unseen
-        The lanes among them on which SUMO does not see who is in its way: it would drive on.
+        Lanes of `across` on which SUMO overlooks vehicles in the way, and would drive on.
     approaches
-        Ways over the junction of which nobody may be about to come: those with the right of way, since SUMO's
-        drivers set out before them, or wait for them inside the junction, so near that they are hit; those
-        that touch its own without right of way between them; those that wait for it inside, in its way; and
-        those before which nobody can wait without standing across the same crossing, where each of the two
-        would wait for the other's rear.
+        Movements over the junction on which no vehicle may be about to come. These have the right of way; or
+        touch this movement without any right of way; or wait for it inside the junction, in its way; or leave
+        no place to wait except across the same crossing.
     length_m, speed_mps
-        Its length, and the lowest speed limit on it.
+        Length of the movement [m], and lowest speed limit on it [m/s].
     wait_m
-        How much of that lies before the place inside the junction where it may have to wait; 0 for none.
+        Distance to the point inside the junction where a vehicle may have to wait [m]; 0 if there is none.
     waits_in_way
-        Whether it would touch those there whom it waits for.
+        Whether a vehicle that waits there would touch the vehicles that it waits for.
     past_m
-        From where on a rear, on a lane that its vehicle's front has left, is past its way [m]; it never is
-        on a lane that is not named.
+        For each lane, the position from which a vehicle's rear is out of the way [m]; on other lanes it never
+        is.
     """
 
     from_m: float
@@ -102,7 +100,7 @@ class Place:
     lane, begin_m, end_m
         The stretch of a lane [m].
     into
-        Lanes inside the junction from which others drive into it.
+        Lanes inside the junction that lead into the state.
     """
 
     lane: str
@@ -118,15 +116,15 @@ class Way:
     Attributes
     ----------
     lane, line_m
-        Where it would be held: lane, and position on it [m].
+        The lane and the position [m] of the stop line.
     movements
-        Movements of the crossing behind it, in order.
+        Movements of the crossing, in driving order.
     between
-        The lanes between the junctions of the crossing, on which nobody may be either when it sets out.
+        Lanes between the junctions of the crossing, which must be empty too when a vehicle sets out.
     next
-        Where the next state is.
+        Position of the next state.
     across
-        All lanes on which nobody may be when it sets out.
+        All lanes that must be empty when a vehicle sets out.
     """
 
     lane: str

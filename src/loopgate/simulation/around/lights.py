@@ -52,7 +52,7 @@ class ShownLights:
     Parameters
     ----------
     program
-        Returns the program that a light follows now, by name.
+        Function that returns the present program of a light by its name.
     """
 
     def __init__(self, program: Callable[[str], Program]) -> None:
@@ -116,9 +116,9 @@ class Lights:
     Parameters
     ----------
     engine
-        Drives the vehicles.
+        The engine that drives the vehicles.
     timetable
-        What the lights show.
+        The table of the lights' colours.
     """
 
     def __init__(self, engine: Engine, timetable: Timetable) -> None:

@@ -30,18 +30,18 @@ _AT_FIRST: Final = {"others": 64, "rears": 256, "arrivals": 256, "routes": 4096}
 class Sight:
     """The positions of ordinary vehicles, and the rules by which gated vehicles yield to them.
 
-    O(vehicles) in a step in which anybody asks.
+    O(vehicles) in a step in which any gated vehicle asks.
 
     Parameters
     ----------
     roads
-        The network's.
+        The tables of the network's roads.
     traffic
         The running simulation.
     engine, keeper
-        Drive the vehicles under the gate.
+        The parts that drive the gated vehicles.
     timetable
-        What the lights show.
+        The table of the lights' colours.
     """
 
     def __init__(

@@ -31,13 +31,13 @@ class Surroundings:
     network, traffic
         The roads, and the running simulation.
     engine, keeper
-        Made for it.
+        The parts that drive the gated vehicles.
     code
-        Gives words their numbers.
+        Mapping of words to numbers.
     timetable
-        What lights show; they are obeyed if it is the keeper's.
+        The table of the lights' colours.
     others
-        Whether there is traffic under no gate.
+        Whether there is ordinary traffic.
     """
 
     def __init__(
@@ -63,9 +63,9 @@ class Surroundings:
         Parameters
         ----------
         itineraries
-            Of all loops, once or several times.
+            The itineraries of all loops; a loop may occur several times.
         tracks
-            At least one of each loop.
+            Paths of vehicles, at least one on each loop.
         """
         if self._lights is not None:
             self._lights.plan(itineraries)

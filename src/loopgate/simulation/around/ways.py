@@ -25,13 +25,13 @@ class Ways:
     Parameters
     ----------
     find
-        Finds the crossings.
+        Object that finds the crossings ahead.
     roads
-        Knows the numbers of lanes and junctions.
+        The row numbers of lanes and junctions.
     tracks
-        At least one of each loop.
+        Paths of vehicles, at least one on each loop.
     code
-        Gives the words for loops their numbers.
+        Mapping of words to numbers.
     """
 
     def __init__(

@@ -17,7 +17,7 @@ def far_side(itineraries: Iterable[Itinerary], number: Callable[[str], int | Non
     Parameters
     ----------
     number
-        Returns the number of a state by its name, None for one that nobody comes to.
+        Function that returns the number of a state by its name, or None for a state that no vehicle visits.
     """
     middles_m: dict[int, float] = {}
     for loop, legs in {id(one.loop): (one.loop, one.legs) for one in itineraries}.values():

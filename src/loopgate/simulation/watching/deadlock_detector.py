@@ -34,21 +34,20 @@ class Deadlock:
     Attributes
     ----------
     closed_at_s, noticed_at_s
-        When the last vehicle of the circle had come to stand, to within the time between two checks, and
+        Time when the last vehicle of the circle had stopped (to within the time between two checks), and time
         when the circle was noticed [s].
     vehicles
-        The circle: each waits for the next, the last for the first.
+        The circle: each vehicle waits for the next, the last for the first.
     places
-        Where each of them wants to go on: the state it waits for under a gate, else the lane it stands on.
+        For each vehicle the state that it waits for; without a gate the lane on which it stands.
     held_up
-        How many vehicles can never move again because of it, those of the circle included.
+        Number of vehicles that can never move again: in the circle, or behind it.
     by
-        ``gated`` if vehicles on loops would wait for each other without any others, ``ordinary`` if those
-        would without them, ``both`` if it takes both; empty where there are no others.
+        ``gated`` if gated vehicles alone block each other, ``ordinary`` if ordinary vehicles alone do,
+        ``both`` otherwise; empty without ordinary traffic.
     last
-        The vehicle that, of those that stand there, came last onto the lanes of the circle, and when [s]: an
-        ordinary vehicle when it drove onto them, a gated one when it was let go to; and whether it is gated.
-        None where nobody took note.
+        The vehicle that came last onto the lanes of the circle (a gated vehicle: by the time of its grant),
+        the time [s], and whether it is gated. None if not recorded.
     """
 
     closed_at_s: float
@@ -90,30 +89,30 @@ class Watched(Protocol):
 class DeadlockDetector:
     """Checks the vehicles at intervals, and reports each circular wait once.
 
-    A vehicle that has stood for at least `after_s` is asked whom it waits for: at a gate the gate's
-    refusal says it, on the road the leader or the foes at the junction do. Those that wait, directly or
-    not, only for each other are in deadlock. A vehicle for whose standing no reason is found counts as
-    able to go on, and so does one at a red light, and one that its gate has let go a short while ago; but
-    where nobody at all has moved for ten minutes, who stands without a reason waits for anybody to move.
+    For each vehicle that has stood for at least `after_s` the detector finds the vehicles that it waits for:
+    at a gate from the gate's refusal, on the road from the vehicle ahead or the foes at the junction.
+    Vehicles that wait, directly or not, only for each other are in a deadlock. A vehicle that stands for no
+    known reason, at a red light, or with a recent grant counts as able to go on. If no vehicle has moved for
+    ten minutes, a vehicle without a known reason counts as waiting for any vehicle to move.
 
     Parameters
     ----------
     traffic
         The running simulation.
     after_s
-        How long a vehicle has to stand before it can be part of a deadlock [s].
+        Time of standing from which a vehicle can be part of a deadlock [s].
     at_gate
-        Tells whom a vehicle waits for at its gate (of each set, some vehicle must move on) and for which
-        place; None for a vehicle that is not refused by a gate.
+        Function that returns the vehicles that a vehicle waits for at its gate (of each set, some vehicle
+        must move on), and the place; None for a vehicle that no gate refuses.
     own
-        All vehicles on loops; None if there are no others.
+        The gated vehicles; None if there is no ordinary traffic.
     trails
-        Over which lanes vehicles came, if that is noted.
+        The lanes that vehicles came over, if recorded.
     odometers
-        Returns who is on the road, always the same, and how far each has driven [m], where somebody has read
-        that after the last step; else the simulation is asked.
+        Function that returns the vehicles on the road and their odometers [m], if read after the last step;
+        otherwise the simulation is asked.
     halted
-        The vehicles that stand since they have broken down.
+        The vehicles that have broken down.
     """
 
     def __init__(

@@ -32,7 +32,7 @@ class FlowMeter:
     Parameters
     ----------
     traffic, engine
-        The run's; it has not begun.
+        The simulation and the engine of a run that has not begun.
     """
 
     def __init__(self, traffic: Traffic, engine: Drive) -> None:

@@ -25,19 +25,19 @@ _SCHEMA = pa.schema(
 class FrontRecorder:
     """Writes the positions of all vehicles to ``fronts.parquet`` during the run, in bounded memory.
 
-    Nothing is asked of the simulator, so it costs about a hundredth of a run.
+    The recorder asks nothing of SUMO, so it takes about 1 % of a run's time.
 
     Parameters
     ----------
     file
         The file to write.
     traffic, engine, recorder
-        The run's.
+        Simulation, engine and event recorder of the run.
 
     Raises
     ------
     ResultsError
-        If the disk is full, as do `look` and `close`; what was written before can be read.
+        If the disk is full, here or in `look` and `close`; rows written before can be read.
     """
 
     def __init__(self, file: Path, traffic: Traffic, engine: Drive, recorder: Recorder) -> None:

@@ -33,11 +33,11 @@ class Driven:
     Attributes
     ----------
     distance_m
-        How far it drove [m].
+        Distance driven [m].
     time_s
-        For how long it was on the road, or at stops beside it [s].
+        Time on the road, or at stops beside it [s].
     stood_s
-        How long it was slower than 0.1 m/s [s].
+        Time below 0.1 m/s [s].
     """
 
     distance_m: float = 0.0
@@ -48,8 +48,7 @@ class Driven:
 class Mileage:
     """Counts distance and standing of vehicles that no gate controls.
 
-    The distance is what was driven: where the odometer leaps, as SUMO's does when a train turns round, the
-    speed counts in that step.
+    If SUMO's odometer leaps, as it does when a train turns round, the speed counts in that step instead.
 
     Parameters
     ----------

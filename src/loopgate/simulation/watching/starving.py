@@ -36,12 +36,12 @@ class Sink:
     Attributes
     ----------
     vehicle, lane, why
-        The vehicle that stands, its lane, and for what reason; the vehicle is empty where no vehicle that
-        stands was found, and `why` is then the gate's reason.
+        The vehicle that stands, its lane, and the reason. If no such vehicle was found, `vehicle` is empty
+        and `why` is the gate's reason.
     noticed_s, until_s
-        When vehicles were first found to starve behind it [s], and when last.
+        Times when vehicles were first and last found starving behind the vehicle [s].
     victims
-        All vehicles that starved behind it.
+        All vehicles that starved behind the vehicle.
     """
 
     vehicle: str
@@ -70,19 +70,19 @@ def _unknown(_: str) -> str:
 class StarvationWatch:
     """Checks all gated vehicles at intervals, and reports vehicles that starve.
 
-    A vehicle starves if for `after_s` it has been granted no place and has not driven a hundred metres,
-    and it is not at a stop of its own. It starves behind the first
-    vehicle that stands and waits for no other, found by following whom each waits for: the first in line in
-    its place, and for that one the vehicles that keep it from a grant.
+    A vehicle starves if it has had no grant for `after_s`, has driven less than 100 m in that time, and is
+    not at a stop of its own. The watch follows from each vehicle to the vehicle that it waits for: the first
+    in line in its place, then a vehicle that keeps that one from a grant, and so on. The last vehicle, which
+    waits for no other, is the vehicle behind which it starves.
 
     Parameters
     ----------
     engine, traffic, recorder
         The drive, the running simulation, and the recorder of an event for each vehicle.
     after_s
-        For how long [s].
+        Time without a grant after which a vehicle starves [s].
     stands, reason
-        Why a vehicle stands by itself, and why it stands at all, where that is known; else an empty text.
+        Functions that return why a vehicle stands by itself, and why it stands at all; empty if not known.
     """
 
     def __init__(

@@ -94,8 +94,7 @@ class Trails:
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
         """Return the time since which a vehicle has been on some lanes, or in their junctions [s].
 
-        For a gated one that is the grant on which it came, before which it could have been refused; of
-        several the last.
+        For a gated vehicle this is the time of its grant. With several vehicles the last counts.
         """
         came_s = 0.0
         for at_s, lane in self.back(vehicle):

@@ -24,25 +24,25 @@ class Trip:
     Attributes
     ----------
     vehicle
-        Its name.
+        Name of the vehicle.
     arrived
-        Whether it is at the end of its route.
+        Whether the vehicle has reached the end of its route.
     departed
-        Whether it has departed.
+        Whether the vehicle has departed.
     depart_delay_s
-        From when it wanted to depart until it did, or until the end [s].
+        Time from the planned to the real departure, or to the end of the run [s].
     duration_s
         Time under way [s].
     time_loss_s
-        Time lost of that against driving at its ideal speed all the way [s]; stops of its own are none.
+        Time lost against driving at the ideal speed all the way [s], without stops of its own.
     distance_m
-        How far it drove [m].
+        Distance driven [m].
     waiting_s
-        How long it stood on its way [s], stops of its own left out.
+        Time that the vehicle stood on its way [s], without stops of its own.
     stopped_s
-        How long it was at stops [s], those of a gate too.
+        Time at stops [s], also at stops that a gate set.
     arrival_s
-        When it arrived [s]; NaN if it has not.
+        Time of arrival [s]; NaN if the vehicle has not arrived.
     """
 
     vehicle: str
@@ -67,9 +67,9 @@ class Trip:
         Parameters
         ----------
         odometer_m
-            What its odometer read in the step before [m].
+            The odometer's reading in the step before [m].
         most_m
-            How far it can drive in a step [m]: more is none of its way.
+            Largest distance that the vehicle can drive in a step [m].
         """
         part_m = self.distance_m - odometer_m
         return part_m if self.arrived and 0.0 <= part_m <= most_m + _ROUNDING_M else 0.0
@@ -81,16 +81,16 @@ def read_trips(file: Path, *, held: bool = False, interrupted: bool = False) -> 
     Parameters
     ----------
     file
-        As SUMO wrote it, with those that are under way and those that have not departed.
+        SUMO's output, with vehicles under way and vehicles that have not departed.
     held
-        Whether vehicles were held at stops: then the time at stops is lost, as if they had waited in traffic.
+        Whether a gate held vehicles by stops; then the time at stops counts as lost.
     interrupted
-        Whether the run was, so that the file may be cut off.
+        Whether the run was interrupted, so that the file may be incomplete.
 
     Raises
     ------
     ResultsError
-        If it cannot be read.
+        If the file cannot be read.
     """
     try:
         top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
@@ -135,15 +135,15 @@ def gated_trips(
     Parameters
     ----------
     trips
-        As SUMO has them.
+        SUMO's trips.
     delays_s
-        Depart delays of all that wanted to depart [s].
+        Depart delay of each vehicle that was due [s].
     stopped_s
-        How long vehicles stood at stops of their own [s].
+        Time that each vehicle stood at stops of its own [s].
     arrived
         The vehicles that have arrived.
     outside
-        The vehicles that still wait to depart; the gate may have put some in and taken them out again.
+        The vehicles that still wait to depart.
     """
     found = {}
     for vehicle, delay_s in delays_s.items():
@@ -166,9 +166,9 @@ def gated_trips(
 def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
     """Return the figures of all trips that were due, for ``summary.json``; empty without trips.
 
-    Means are over all of them: one that is still under way counts with what it has lost so far, one that has
-    not departed with its wait to depart, and has lost nothing on the way. Only the mean time of a trip is
-    over those that have arrived; it is None if none has.
+    Means are over all trips that were due. A trip still under way counts with its time loss so far, a trip
+    that has not departed with its wait to depart. Only the mean duration is over arrived trips; None without
+    any.
     """
     every = list(trips)
     if not every:

@@ -35,15 +35,15 @@ class CollisionVerdict:
     Attributes
     ----------
     at_s, lane
-        When and where SUMO noticed it.
+        Time [s] and lane of the collision as SUMO reports it.
     gated, ordinary
-        The two.
+        The gated and the ordinary vehicle.
     erred
         ``gated`` or ``ordinary``.
     why
-        By which rule, in words.
+        The rule that the vehicle broke, in words.
     before
-        Where each was five seconds earlier, or first seen after that: lane, position [m], speed [m/s].
+        Lane, position [m] and speed [m/s] of each vehicle five seconds earlier.
     """
 
     at_s: float
@@ -80,15 +80,15 @@ class _Entry(NamedTuple):
 class Verdicts:
     """Keeps the positions of all vehicles for some seconds, and judges collisions by them.
 
-    In this order, where it applies:
+    The first rule that applies decides which vehicle erred:
 
-    1. a gated vehicle where it was granted nothing erred, and one that hits somebody on foot;
-    2. of two on ways out of one lane, or on one lane, the one behind;
-    3. who drove into the junction at red;
-    4. who has to yield by the junction's request matrix, unless it was inside, and past where it may wait for
-       others there, when the other one could still have stopped before the junction, or could itself not stop
-       any more before the junction when the other one departed: then that one;
-    5. where neither or both have to, the one that came later.
+    1. a gated vehicle without a grant for its place, or that hits a person;
+    2. on one lane, or on two ways out of one lane: the vehicle behind;
+    3. the vehicle that entered the junction at red;
+    4. the vehicle that must yield by the junction's request matrix. But the other vehicle erred if this one
+       was already inside, beyond the point where it could wait, while the other could still stop before the
+       junction; or if this one could no longer stop when the other departed;
+    5. if neither or both must yield: the vehicle that came later.
 
     Parameters
     ----------

@@ -20,12 +20,12 @@ def circular_wait(waits: WaitFor, stuck: AbstractSet[str]) -> list[str]:
     waits
         The wait-for graph.
     stuck
-        The result of `loopgate.gates.deadlocks.deadlocked` for it; not empty.
+        The vehicles in a deadlock, from `loopgate.gates.deadlocks.deadlocked`; not empty.
 
     Notes
     -----
-    The circle begins at its smallest vehicle id, and ties go to the smallest id, so that the answer never
-    depends on hashing.
+    The circle begins at its smallest vehicle id, and ties go to the smallest id, so that the result is always
+    the same.
     """
     here = min(stuck)
     seen: dict[str, int] = {}
