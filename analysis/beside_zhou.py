@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
+from vehicles_alone import WRONG, judged
+
 from loopgate.gates import make_gate
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.agents import Kind, decide_by_messages, run_agents
@@ -24,10 +26,11 @@ from loopgate.research.agents.run import DistributedRun
 from loopgate.research.state_space import ExplorationLimitError, explore
 from loopgate.research.theory.instances import fig7, instance
 from loopgate.research.theory.random_systems import dense, random_system
+from loopgate.research.vehicles.walk import Walk
 from loopgate.research.vehicles.world import World, begin, circle
 from loopgate.vehicles import post as posts
 from loopgate.vehicles import vehicle as cars
-from loopgate.vehicles.messages import Grant, Message, Moved, Offer, Refuse, Room
+from loopgate.vehicles.messages import Grant, Message, Moved, Offer, Refuse, Room, Why
 
 OUT = Path(__file__).with_name("tables") / "beside-zhou.md"
 SLOTS, LAYER = 2, 3
@@ -35,6 +38,8 @@ MOST_ROUNDS = 40
 """For each robot: who has not gone round by then, does not."""
 NEGOTIATION = {Kind.DELAY, Kind.GRANT, Kind.CLAIM, Kind.AGREE}
 LARGEST_SPACE = 3_000_000
+LOSSES = 0.0, 0.1, 0.4
+REASONS = tuple(why for why in Why if why != Why.CROSSING)
 HEAD = """# Posts and vehicles beside Algorithm 2 by messages: all tables
 
 `make beside-zhou` writes this file; `docs/studies/beside-zhou.md` says what it shows.
@@ -274,6 +279,31 @@ def orders_table() -> Iterator[str]:
             yield f"| {name} | {len(made.robots)} | {SLOTS} {orders(made)}"
 
 
+def decided(system: System, seeds: int) -> Counter[str]:
+    """Return the decisions of posts beside those of the central chain rule, at each loss of messages."""
+    found: Counter[str] = Counter()
+    for seed in range(1, seeds + 1):
+        for loss in LOSSES:
+            found += judged(Walk(world(system), Random(seed), loss=loss), steps=40 * len(system.robots))
+    return found
+
+
+def decisions_table(seeds: int) -> Iterator[str]:
+    """Yield the table of decisions beside the central chain rule."""
+    yield (
+        f"| system | vehicles | grants | {' | '.join(WRONG)} "
+        f"| refused, and a central gate would grant: {' | '.join(REASONS)} |"
+    )
+    yield "|---|---|---|" + "---|" * (len(WRONG) + len(REASONS))
+    for name, system in systems().items():
+        for copies in (1, SLOTS):
+            made = wide(system, copies)
+            found = decided(made, seeds)
+            though = [found[f"{why}: central admits"] for why in REASONS]
+            cells = name, len(made.robots), f"{found['grants']:,}", *(found[key] for key in WRONG), *though
+            yield "| " + " | ".join(map(str, cells)) + " |"
+
+
 def growth_table() -> Iterator[str]:
     """Yield the table of one decision in the family of layers."""
     yield "| robots | Algorithm 2: messages | full places | posts: messages |"
@@ -296,6 +326,7 @@ def main() -> None:
     for title, table in (
         ("One decision, as robots become more", growth_table()),
         ("Until all have gone round", runs_table(options.seeds)),
+        ("Decisions beside the central chain rule", decisions_table(options.seeds)),
         ("Deadlocks by order", orders_table()),
     ):
         text += f"\n## {title}\n\n"

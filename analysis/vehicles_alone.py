@@ -36,7 +36,11 @@ def walk_through(
     if not any(roads.start) or roads.circle(roads.start):
         return Counter()
     start = begin(roads.loops, roads.slots, roads.start)
-    walk = Walk(start, Random(seed), loss=loss, receive=receive, forgets=forgets)
+    return judged(Walk(start, Random(seed), loss=loss, receive=receive, forgets=forgets), steps)
+
+
+def judged(walk: Walk, steps: int = STEPS) -> Counter[str]:
+    """Return what was found on a walk of so many steps, after which all messages get through."""
     for _ in range(steps):
         before = walk.found["moves"]
         walk.step()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import beside_zhou
+from vehicles_alone import WRONG
 
 from loopgate.research.agents import decide_by_messages
 from loopgate.research.theory.instances import instance
@@ -42,3 +44,25 @@ def test_the_page_gives_rows_of_the_table() -> None:
     assert len(runs) > 12
     for row in runs:
         assert row in table
+
+
+def test_posts_grant_nothing_that_closes_a_circle_whatever_is_lost() -> None:
+    """On a system of five where Algorithm 2 admits unsafe moves, with ten vehicles."""
+    found = beside_zhou.decided(beside_zhou.wide(instance("unsound_n5"), 2), 2)
+    assert found["grants"] > 50
+    assert found["lost"] > 50
+    assert {key: found[key] for key in WRONG} == dict.fromkeys(WRONG, 0)
+
+
+def test_the_page_sums_the_decisions_of_the_table() -> None:
+    """Grants, and refusals of safe moves by reason."""
+    page = (ROOT / "docs/studies/beside-zhou.md").read_text(encoding="utf-8")
+    table = (ROOT / "analysis/tables/beside-zhou.md").read_text(encoding="utf-8")
+    part = table.split("## Decisions beside the central chain rule")[1].split("##")[0]
+    rows = [row.strip("| ").split(" | ")[2:] for row in part.splitlines() if row.startswith("| ")][1:]
+    grants, *rest = (sum(int(cell.replace(",", "")) for cell in column) for column in zip(*rows, strict=True))
+    wrong, refused = rest[: len(WRONG)], rest[len(WRONG) :]
+    assert f"in {grants:,} grants" in page
+    assert not any(wrong)
+    for why, many in zip(beside_zhou.REASONS, refused, strict=True):
+        assert re.search(rf"`{why}` {many:,}\b", page), why
