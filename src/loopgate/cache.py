@@ -1,4 +1,4 @@
-"""Results that a process keeps because it needs them again: runs share networks, loops and layouts."""
+"""A cache of results that a process needs several times, such as networks, loops and layouts."""
 
 import gc
 from collections import OrderedDict
@@ -23,7 +23,7 @@ class Cache(Generic[T]):
         self._results: OrderedDict[Hashable, T] = OrderedDict()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return the result with this key, made by `make` if it is not there; errors are not kept."""
+        """Return the result for a key; call `make` if it is not in the cache. Errors are not kept."""
         found = self._results.pop(key) if key in self._results else make()
         self._results[key] = found
         while len(self._results) > self._most:

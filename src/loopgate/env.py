@@ -49,7 +49,7 @@ class _Priorities:
 
 
 class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: ignore[misc]  # no stubs
-    """A scenario, driven by agents.
+    """A parallel environment of PettingZoo in which agents set the priorities of vehicles.
 
     Raises `LoopgateError` if the scenario does not fit together, or has no gate.
 
@@ -97,11 +97,11 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         self.action_spaces = {agent: Box(0.0, 1.0, (1,), np.float32) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> Box:
-        """Return the space of `OBSERVED`."""
+        """Return the space of observations, described by `OBSERVED`."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> Box:
-        """Return the space of priorities."""
+        """Return the space of actions: a priority from 0 to 1."""
         return self.action_spaces[agent]
 
     def reset(
@@ -136,7 +136,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         dict[str, bool],
         dict[str, dict[str, Any]],
     ]:
-        """Drive on with these priorities.
+        """Set the priorities, drive for `every_s` seconds, and return observations and rewards.
 
         Returns
         -------
@@ -203,7 +203,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         return found
 
     def render(self) -> None:
-        """Show nothing: take ``loopgate run --gui`` to watch."""
+        """Show nothing; use ``loopgate run --gui`` to watch a run."""
 
     def close(self) -> None:
         """End the simulation; may be called at any time."""

@@ -1,4 +1,4 @@
-"""Folders that one process has to itself: a lock that ends with it, and temporary folders that go with it."""
+"""Locks on folders, and temporary folders that are removed when their process ends."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ _MARK = ".loopgate-temporary"
 
 
 class FolderLock:
-    """Keeps other processes out of a folder.
+    """A lock that keeps other processes out of a folder; it ends with its process.
 
     The operating system holds the lock: it ends with the process, however that ends.
 
@@ -36,7 +36,7 @@ class FolderLock:
         self._lock = FileLock(self._file)
 
     def acquire(self) -> bool:
-        """Take the lock; return False at once if another has it.
+        """Take the lock; return False if another process has it.
 
         Raises `OSError` if the file cannot be made.
         """
@@ -47,7 +47,7 @@ class FolderLock:
         return True
 
     def release(self) -> None:
-        """Let others in; does nothing without the lock."""
+        """Release the lock; does nothing if it is not taken."""
         if self._lock.is_locked:
             # Before the lock goes: afterwards the file may be another's already.
             with suppress(OSError):
@@ -57,7 +57,7 @@ class FolderLock:
 
 @contextmanager
 def temporary_folder() -> Iterator[Path]:
-    """Make a folder for the time of the ``with`` block; remove folders that killed processes left.
+    """Make a folder for the ``with`` block; remove folders that killed processes have left.
 
     Raises `ResultsError` if it cannot be made.
     """
@@ -72,7 +72,7 @@ def temporary_folder() -> Iterator[Path]:
 
 
 def remove_abandoned() -> None:
-    """Remove the temporary folders of this user whose processes have ended without doing so."""
+    """Remove this user's temporary folders whose processes have ended."""
     with suppress(OSError):
         for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
             with suppress(OSError):

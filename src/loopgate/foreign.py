@@ -1,4 +1,4 @@
-"""Calls of a user's code: an exception becomes one line that names the code and its line."""
+"""Calls of a user's code: an exception becomes one line that names the code and the line number."""
 
 import inspect
 import os
@@ -25,7 +25,7 @@ def is_ours(thing: object) -> bool:
 
 
 def name_of_class(thing: object) -> str:
-    """Return the name of the class of a thing, behind the file that defines the class if there is one."""
+    """Return the name of an object's class, with the file that defines the class if there is one."""
     kind = type(thing)
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     if not file:
@@ -37,7 +37,7 @@ def name_of_class(thing: object) -> str:
 
 @contextmanager
 def blaming(who: str, expected: str, error: type[LoopgateError] = PluginError) -> Iterator[None]:
-    """Turn each exception raised inside, except Ctrl-C, into `error`.
+    """Turn each exception in the ``with`` block, except Ctrl-C, into `error`.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def blaming(who: str, expected: str, error: type[LoopgateError] = PluginError) -
 
 
 def reason_of(problem: BaseException) -> str:
-    """Return the type of an exception and its message, at most one line."""
+    """Return an exception's type and message, in at most one line."""
     try:
         words = " ".join(str(problem).split())[:_LONGEST_REASON]
     except Exception:  # noqa: BLE001  the words of a user's own error may fail as well

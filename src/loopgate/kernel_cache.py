@@ -1,4 +1,4 @@
-"""Compiles functions, and keeps the compiled code in one folder for each state of the sources.
+"""Compiles functions with Numba, and keeps the compiled code on the disk for each version of the sources.
 
 Numba keeps what it compiled by file, and looks at that file only: a function keeps an old version of what it
 calls, or of a constant, in another file. And several processes that find the sources changed must not share a
@@ -34,7 +34,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
-    """Return the folder for compiled code of the sources as they are; empty if none can be made.
+    """Return the folder for compiled code of the present sources; empty if it cannot be made.
 
     Compiled code is run as it is found. So a folder is taken only if it belongs to the user and nobody else
     may read or write there, and if nobody else can put another folder in its place.
@@ -66,7 +66,7 @@ def kernel_folder(given: str = "", package: Path = _PACKAGE) -> str:
 
 
 def is_private(folder: Path) -> bool:
-    """Return whether a folder belongs to the user, and no other user can write or replace it."""
+    """Return whether only the user can write to a folder or replace it."""
     if not hasattr(os, "geteuid"):  # Windows has no such modes; a user's folders there are closed to others
         return folder.is_dir()
     facts, above = folder.lstat(), folder.parent.stat()
@@ -87,7 +87,7 @@ config.CACHE_DIR = kernel_folder(config.CACHE_DIR)  # type: ignore[attr-defined]
 
 
 def mark(folder: str, group: str) -> bool:
-    """Leave a mark that a group of functions is compiled; False if there is one, or there cannot be."""
+    """Mark a group of functions as compiled; return False if it is marked or cannot be."""
     if not folder:
         return False
     try:
@@ -142,7 +142,7 @@ class _Listener(event.Listener):
 
 
 def listen_to_compiling(tell: Callable[[str], None]) -> None:
-    """From now on call `tell` with the name of each function when it has been compiled.
+    """Call `tell` with the name of each function that is compiled from now on.
 
     Nothing is announced on standard error any more.
     """
@@ -151,7 +151,7 @@ def listen_to_compiling(tell: Callable[[str], None]) -> None:
 
 
 def kernel(function: F) -> F:
-    """Compile a function when it is first called, and keep it."""
+    """Decorate a function to be compiled at its first call; the compiled code is kept."""
     return cast("F", njit(cache=True, error_model="numpy")(function))
 
 
@@ -160,7 +160,7 @@ _ONLY_INSIDE: dict[str, Any] = _UNCOUNTED | {"no_cfunc_wrapper": True, "no_cpyth
 
 
 def outer(function: F) -> F:
-    """Compile a function as a `kernel` that makes no arrays; the caller keeps all arrays.
+    """Decorate a function to be compiled as a `kernel` that makes no arrays.
 
     Elsewhere numba counts who refers to an array, whenever one is taken out of a tuple or handed on: for many
     tables in one tuple that takes several times as long as the work itself. To make an array here is an error
@@ -170,7 +170,7 @@ def outer(function: F) -> F:
 
 
 def inner(function: F) -> F:
-    """Compile a function that only compiled functions call; this takes seconds less than `outer`.
+    """Decorate a function to be compiled for calls from compiled functions only.
 
     There is no way in from Python: calling it from there ends the process.
     """
@@ -178,7 +178,7 @@ def inner(function: F) -> F:
 
 
 def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called with
-    """Return a `kernel` compiled for arguments like these, with which it is called once.
+    """Return a `kernel` compiled for given arguments; it is called once with them.
 
     To look up their types at each call takes numba longer than a short step. They are taken for granted now:
     others would end the process. Uncompiled it is the function itself.
@@ -190,7 +190,7 @@ def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called wit
 
 
 def only_with(table: str, otherwise: int | None) -> Callable[[F], F]:
-    """Compile a function as an `inner` one where its last parameter has this table, and not None instead.
+    """Decorate a function to be compiled as `inner` for a table, not None, as the last parameter.
 
     Elsewhere calls give another answer, and nothing is compiled.
     """
@@ -215,7 +215,7 @@ def only_with(table: str, otherwise: int | None) -> Callable[[F], F]:
 
 
 def constant(value: int) -> int:
-    """Return a number that compiled code takes for any number.
+    """Return a number as a value that compiled code does not treat as a constant.
 
     Of each function that is called with a plain constant it makes a version for that one.
     """

@@ -36,14 +36,14 @@ class Target:
     """The lane to change to; None for a place."""
 
     def guide(self) -> Guide:
-        """Return the stop that leads there."""
+        """Return the stop that leads a vehicle to the target lane."""
         return Guide(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
 
 
 def find_guides(
     network: RoadNetwork, course: Sequence[Turn | Target], vclass: str
 ) -> tuple[Guide, ...] | Connection:
-    """Find the stops that keep a vehicle to its lanes from one place to the next.
+    """Find the stops that keep a vehicle on the lanes of its loop from place to place.
 
     Without them SUMO chooses among the lanes to which a movement leads by what it sees of the route. A
     vehicle that is to stop on a lane takes the lanes that lead there; where several ways would, there is a

@@ -50,7 +50,7 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A stop that makes a vehicle take the lanes of its loop on the way there.
+    """A stop by which a vehicle is made to take the lanes of its loop.
 
     A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
     vehicle has to brake for it as a rule, once it is on the lane, or once it has changed to another one.
@@ -73,7 +73,7 @@ NOWHERE = LanePosition("", 0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """One state on a vehicle's loop, in arc length from the beginning of the loop."""
+    """A state on a vehicle's loop, in arc length from the beginning of the loop."""
 
     state: StateId
     begin_m: float

@@ -1,4 +1,4 @@
-"""Which movements over junctions conflict, and where they touch: by geometry, and by the request matrix."""
+"""Conflicts between movements over junctions: by geometry, and by SUMO's request matrix."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SIDE_M = 0.4
 
 
 def reach_m(widths_m: Iterable[float]) -> float:
-    """Return how near centre lines conflict [m] where vehicles of these widths drive; for cars, `REACH_M`."""
+    """Return the distance between centre lines below which vehicles of these widths conflict [m]."""
     return max(REACH_M, max(widths_m, default=0.0) + _SIDE_M)
 
 

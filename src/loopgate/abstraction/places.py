@@ -1,4 +1,4 @@
-"""Where on a lane vehicles may wait: out of reach of all bodies that do not follow them; and how many."""
+"""The parts of lanes on which vehicles may wait without touching vehicles on other ways, and their slots."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -79,7 +79,7 @@ def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
 
 @dataclass(frozen=True, slots=True)
 class QueuePlace:
-    """Where vehicles queue: a lane, or the part of it before or behind a stretch for changing lanes."""
+    """A place where vehicles queue: a lane, or the part before or behind a change stretch."""
 
     name: str
     """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
@@ -92,12 +92,12 @@ class QueuePlace:
 
     @property
     def needed_m(self) -> float:
-        """Length of the longest vehicle that visits it, with its gap [m]."""
+        """Length that the longest visitor takes in the queue [m]: its length and its gap."""
         return self.needs[0][0]
 
     @property
     def capacity(self) -> int:
-        """How many vehicles it holds, whichever they are: the longest first."""
+        """The number of slots: how many vehicles fit, if the longest visitors come."""
         left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
         held = 0
         for need_m, count in self.needs:
@@ -110,7 +110,7 @@ class QueuePlace:
 
     @property
     def at_start(self) -> int:
-        """Number of vehicles that may start on the place: at most one fewer than its slots.
+        """The number of vehicles that may start on the place: at most one less than its slots.
 
         With a slot free everywhere no place is full, hence no circle of full places: the start is live.
         """

@@ -1,4 +1,4 @@
-"""The plan of the queues abstraction: loops are cut into places, crossings between them, and so into legs."""
+"""The abstraction queues, first part: loops are cut into places and crossings."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

@@ -19,7 +19,7 @@ from loopgate.network.vehicle_type import VehicleType
 
 @dataclass(frozen=True, slots=True)
 class PlaceSurvey:
-    """A place: a lane, or the part of one, on which vehicles queue."""
+    """A place on which vehicles queue: a lane or a part of a lane."""
 
     id: str
     lane: str
@@ -36,7 +36,7 @@ class PlaceSurvey:
 
 @dataclass(frozen=True, slots=True)
 class ConflictSurvey:
-    """A conflict, seen from one of its two movements."""
+    """A conflict between two movements, described for the first of them."""
 
     foe: str
     """The other movement; its own name where vehicles that make it exclude each other."""
@@ -82,7 +82,7 @@ class JoinedLane:
 
 @dataclass(frozen=True, slots=True)
 class RefusedLoop:
-    """The reason why a loop cannot work, and the edge if one edge is the cause."""
+    """A loop that cannot work, the reason, and the edge if an edge is the cause."""
 
     loop: Loop
     reason: str
@@ -91,7 +91,7 @@ class RefusedLoop:
 
 @dataclass(frozen=True, slots=True)
 class QueueSurvey:
-    """All of it."""
+    """The result of a survey: loops, places, crossings and slots."""
 
     itineraries: tuple[Itinerary, ...]
     """The loops that work, in the order given, and how they are cut."""
@@ -111,22 +111,22 @@ class QueueSurvey:
 
     @property
     def holds(self) -> int:
-        """How many vehicles all places hold."""
+        """The number of slots of all places."""
         return sum(place.capacity for place in self.places)
 
     @property
     def at_start(self) -> int:
-        """Number of vehicles that can start so that each can move, each on a loop of its choice."""
+        """The number of vehicles that can start so that each can move, on the loops of their choice."""
         return sum(place.at_start for place in self.places)
 
     @property
     def conflicts(self) -> int:
-        """How many pairs of movements conflict."""
+        """The number of pairs of conflicting movements."""
         return len({frozenset((one.id, other.foe)) for one in self.crossings for other in one.conflicts})
 
     @property
     def unlisted(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of movements whose conflict only the geometry shows."""
+        """Pairs of movements that conflict by geometry but not by SUMO's request matrix."""
         return tuple(
             (crossing.id, conflict.foe)
             for crossing in self.crossings
@@ -158,7 +158,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
 def refused_queues(
     network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
 ) -> tuple[RefusedLoop, ...]:
-    """Return the loops that cannot work; all of them together are looked at if each works by itself.
+    """Return the loops that cannot work as queues, alone or together.
 
     `network`, `users`: as for `survey_queues`, which takes several times as long and finds all.
     """

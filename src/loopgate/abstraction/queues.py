@@ -118,7 +118,7 @@ def _told_exactly(
 
 
 def most_at_start(layout: QueueLayout) -> dict[str, int]:
-    """Return how many vehicles may start on each place, by its name."""
+    """Return the largest number of vehicles that may start on each place, by the place's name."""
     return {name: place.at_start for name, place in layout.places.items()}
 
 

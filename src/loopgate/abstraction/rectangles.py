@@ -21,7 +21,7 @@ _AT_ONCE = 500_000
 
 @dataclass(frozen=True, slots=True)
 class Overlaps:
-    """All pairs of rectangles that overlap, of rectangles in groups.
+    """All pairs of overlapping rectangles.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ def find_overlaps(
     edge: Ints,
     known: Overlaps | None = None,
 ) -> Overlaps:
-    """Return all pairs of rectangles that overlap, but for those on one lane or on lanes of one edge.
+    """Return all pairs of overlapping rectangles, except pairs on lanes of one edge.
 
     With overlaps that are known only the groups that these lack are compared with all others.
 
@@ -100,7 +100,7 @@ def _squares(rectangles: Floats) -> tuple[Ints, int]:
 
 
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
-    """Return all pairs of rectangles that overlap, except pairs on one edge.
+    """Return all pairs of overlapping rectangles, except pairs on one edge.
 
     O(n log n + k) for k pairs of near ones.
 

@@ -97,7 +97,7 @@ def make_segments(
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
 ) -> Abstraction:
-    """Abstract loops to a system of robots and states, one robot per loop, and place the vehicles.
+    """Cut loops into states (zones and private states), and place one vehicle on each loop.
 
     Raises `ScenarioError` if two vehicles start in one zone, or a vehicle does not fit where it starts;
     `RouteError` if a loop is too short for the vehicle.
@@ -125,7 +125,7 @@ def place_vehicles(
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
 ) -> Abstraction:
-    """Place one vehicle on each loop, in a private state if there is one.
+    """Choose a start state for the vehicle of each loop: a private state if possible.
 
     Raises `ScenarioError` if two vehicles start in one zone, or a vehicle does not fit where it starts.
 
@@ -160,7 +160,7 @@ def place_vehicles(
 
 
 def needed_length_m(vehicle_length_m: float, min_gap_m: float) -> float:
-    """Return how long a state must be for a vehicle to stand in it [m]."""
+    """Return the length that a state needs for a vehicle to stand in it [m]."""
     return vehicle_length_m + min_gap_m + CLEARANCE_M
 
 

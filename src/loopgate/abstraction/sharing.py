@@ -1,4 +1,4 @@
-"""Bounds how much of its length each loop shares with others, while loops are being chosen."""
+"""Limits the share of each loop's length that lies in zones with other loops."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class _Use(NamedTuple):
 
 
 class SharingBound:
-    """Admits loops one by one, as long as no loop shares more than a bound with the others.
+    """Accepts loops one by one as long as no loop shares more than a limit with the others.
 
     Shared is the length that lies in zones (`loopgate.abstraction.zones`) once these are fitted to
     vehicles of the default type, as a share of the loop's length. Visits that touch are taken apart here,
@@ -71,7 +71,7 @@ class SharingBound:
         self._users: dict[str, list[_Use]] = {}
 
     def admits(self, loop: Loop) -> bool:
-        """Return whether all loops, this one included, keep to the bound; if so, count it in.
+        """Return whether a further loop keeps all loops within the limit; if so, count it.
 
         Costs time in proportion to the loop's lanes times the loops that come near them.
         """
@@ -102,7 +102,7 @@ class SharingBound:
         return True
 
     def share(self, loop: Loop, stretches: Iterable[tuple[float, float]]) -> float:
-        """Return the share of a loop that lies in zones, given the stretches where others are near."""
+        """Return the share of a loop's length that lies in zones with other loops."""
         visits = [ZoneVisit(begin, end, k) for k, (begin, end) in enumerate(sorted(set(stretches)))]
         if not visits:
             return 0.0

@@ -1,4 +1,4 @@
-"""Start positions: each vehicle is in a state of its own, as a whole, on one lane."""
+"""Start positions: each vehicle starts in a state of its own, as a whole on one lane."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from loopgate.network.loop import HOLD_MARGIN_M, Loop
 
 
 class StartPosition(NamedTuple):
-    """Position on the path, and arc length of the vehicle's front [m]."""
+    """A vehicle's start: index on its path, and arc length of its front [m]."""
 
     position: int
     front_m: float
@@ -25,7 +25,7 @@ def choose_starts(
     rng: random.Random,
     given_m: Mapping[str, float],
 ) -> list[StartPosition]:
-    """Choose a start for each vehicle: a state of its own, private if possible.
+    """Choose a start state for each vehicle: a private state if possible.
 
     Raises `ScenarioError` if two vehicles would start in one zone, a given place lies across two states, or a
     loop has no place for the vehicle.

@@ -1,4 +1,4 @@
-"""Whether vehicles can make the stops of their route file without blocking others."""
+"""Checks that vehicles can make the stops of their route file without blocking other vehicles."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,7 +21,7 @@ _SHORT_M = 0.5
 
 
 def fit_stops(way: Itinerary, kind: VehicleType, stops: Sequence[Stop], *, what: str) -> tuple[Stop, ...]:
-    """Return the stops as a vehicle under a gate makes them: as a whole within one state, before its line.
+    """Return the stops fitted to states: the whole vehicle within one state, before its stop line.
 
     A stop on a lane that goes beyond the line is shortened, as far as it says itself where it begins.
 

@@ -44,13 +44,13 @@ class Stretch:
     """`first_m` and `last_m`: where the place before it begins, and the one behind it ends."""
 
     def passage(self, lane: int, to_lane: int) -> Passage:
-        """Return the way over it from one lane to another, or along one."""
+        """Return the passage over the stretch from one lane to another, or along one lane."""
         return Passage(self.edge, lane, to_lane, self.end_m - self.begin_m)
 
 
 @dataclass(frozen=True, slots=True)
 class Passage:
-    """A way over a stretch: from lane to lane, or along one lane."""
+    """A way over a stretch, from one lane to another or along one lane."""
 
     edge: str
     lane: int
@@ -64,22 +64,22 @@ class Passage:
 
     @property
     def changes(self) -> bool:
-        """Whether it leads to another lane."""
+        """Whether the passage leads to another lane."""
         return self.lane != self.to_lane
 
     @property
     def swept(self) -> range:
-        """The lanes it uses."""
+        """The lanes that the passage uses."""
         return range(min(self.lane, self.to_lane), max(self.lane, self.to_lane) + 1)
 
 
 def least_change_m(needed_m: float) -> float:
-    """Return how long a stretch must be at least for vehicles that need so much with their gaps [m]."""
+    """Return the least length of a stretch for lane changes of vehicles of a given length with gap [m]."""
     return needed_m + _SPARE_M
 
 
 def least_place_m(needed_m: float) -> float:
-    """Return how long the shortest place is [m]."""
+    """Return the length of the shortest possible place [m]."""
     return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
 
 

@@ -1,4 +1,4 @@
-"""Places, crossings and loops as shapes that sumo-gui and netedit show: one of SUMO's additional files."""
+"""Places, crossings and loops as shapes in a SUMO additional file, for sumo-gui and netedit."""
 
 import colorsys
 import re

@@ -9,7 +9,7 @@ from loopgate.model import StateId
 
 @dataclass(frozen=True, slots=True)
 class LoopSurvey:
-    """A loop."""
+    """A loop in a survey: its length and the share that it has in common with other loops."""
 
     loop: str
     length_m: float
@@ -24,13 +24,13 @@ class LoopSurvey:
 
     @property
     def shared(self) -> float:
-        """Share of its length in shared states, 0 to 1."""
+        """The share of the loop's length that lies in shared states, 0 to 1."""
         return self.shared_m / self.length_m
 
 
 @dataclass(frozen=True, slots=True)
 class ZoneSurvey:
-    """A shared state."""
+    """A shared state in a survey."""
 
     state: StateId
     loops: tuple[str, ...]
@@ -43,7 +43,7 @@ class ZoneSurvey:
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """All loops and all shared states, the longest first."""
+    """The result of a survey of loops: all loops and all shared states, the longest first."""
 
     loops: tuple[LoopSurvey, ...]
     zones: tuple[ZoneSurvey, ...]
@@ -61,7 +61,7 @@ class Survey:
 
 
 def survey(itineraries: Sequence[Itinerary]) -> Survey:
-    """Count what the loops' itineraries share; one itinerary per loop. O(legs times visitors)."""
+    """Return lengths and shared states of loops, from one itinerary per loop. O(legs times visitors)."""
     visits: dict[StateId, list[tuple[str, float]]] = {}
     for itinerary in itineraries:
         for leg in itinerary.legs:

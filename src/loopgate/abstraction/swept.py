@@ -1,4 +1,4 @@
-"""Where bodies on different ways touch: the ground that vehicles sweep, over all lanes that loops use."""
+"""Finds where vehicles on different ways would touch, from the ground that they sweep."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ right of way: SUMO works out where ways out of one lane part together with the r
 
 @dataclass(frozen=True)
 class Touches:
-    """All touches, in columns: paths by number, positions of fronts on their lanes and lengths [m].
+    """All touches as columns: numbers of the paths, positions of the fronts [m], lengths [m].
 
     Where a body is touched is a position on the lane of its front too, below 0 on the lanes before it. Each
     touch is listed once; bodies that merely follow one another are not.
@@ -84,7 +84,7 @@ _Laid = dict[tuple[SweptPath, tuple[tuple[float, bool], ...], float], _Rows]
 
 
 def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
-    """Find all pairs of fronts at which two bodies touch though neither follows the other.
+    """Find all positions of two vehicles at which their bodies touch, unless one follows the other.
 
     A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
     wider and longer; one that is jointed is a rectangle for each lane it lies on. Bodies on one lane, or on

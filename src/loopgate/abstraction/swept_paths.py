@@ -19,7 +19,7 @@ _MOST_LENGTHS = 4
 
 @dataclass(frozen=True, slots=True)
 class SweptPath:
-    """Fronts on one lane, with the lanes behind them on which the bodies lie."""
+    """A lane with the lanes behind it on which a vehicle's body can lie."""
 
     lane: str
     """The lane of the front."""
@@ -30,7 +30,7 @@ class SweptPath:
 
 @dataclass(slots=True)
 class Bodies:
-    """Lengths of the vehicles on a path, each with whether they are jointed; width of the widest [m].
+    """The lengths of the vehicles on a path [m], whether each has joints, and the largest width [m].
 
     And whether some arrive on its lane, and go no further.
     """
@@ -40,7 +40,7 @@ class Bodies:
     arrive: bool = False
 
     def looked_at_m(self) -> list[tuple[float, bool]]:
-        """Return the lengths to be looked at, ascending: all, or a few of them where there are many."""
+        """Return the lengths to check in ascending order [m]: all, or a selection if they are many."""
         every = sorted(self.lengths_m)
         few = min(len(every), _MOST_LENGTHS)
         return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
@@ -50,7 +50,7 @@ SweptPaths = dict[SweptPath, Bodies]
 
 
 def swept_paths_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> SweptPaths:
-    """Return all paths of vehicles on loops. O(spans)."""
+    """Return the swept paths of all vehicles on loops. O(spans)."""
     found: SweptPaths = {}
     for loop, kinds in _kinds(users):
         lengths = {(kind.length_m, kind.jointed) for kind in kinds}
@@ -64,7 +64,7 @@ def swept_paths_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
 
 
 def drawn(network: RoadNetwork, path: SweptPath) -> tuple[Floats, Floats, Floats, list[float]]:
-    """Return the lanes of a path as one line, in the direction of driving.
+    """Return the lanes of a path as one line in driving direction.
 
     Its points, shape (n, 2), their positions on the front's lane, below 0 on the lanes before it, their
     heights, and where the lanes begin, the front's first [m].

@@ -1,4 +1,4 @@
-"""How far the tails of turning vehicles swing back over the lane that they have left."""
+"""How far the rear of a turning vehicle swings over the lane that it has left."""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ _LEAST_M = 0.1
 
 
 def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
-    """Return, by lane, the greatest distance before its end of a corner of a vehicle whose rear left it [m].
+    """Return for each lane how far before its end [m] a vehicle that has left it can still reach over it.
 
     Whoever is to stop at the end of a lane keeps no gap in SUMO to those who are past it. So where ways
     turn sharply, stop lines have to be farther back. Lanes are left out that the usual line is good for.

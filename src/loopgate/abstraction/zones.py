@@ -1,4 +1,4 @@
-"""Zones from collision segments: stretches of paths for one vehicle at a time."""
+"""Zones from collision segments: stretches of loops that admit one vehicle at a time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _TOUCH_M = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class ZoneVisit:
-    """One passage of a path through a zone, in arc length [m]; ``end_m`` may lie beyond the loop's length."""
+    """The passage of a path through a zone, in arc length [m]; ``end_m`` may exceed the loop's length."""
 
     begin_m: float
     end_m: float
@@ -43,7 +43,7 @@ class Zones:
 
 
 def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float) -> Zones:
-    """Merge collision segments into zones and fit them to vehicles that stop at their ends.
+    """Merge collision segments into zones, and extend the zones so that vehicles can stop before them.
 
     Segments of a collision pair are one zone, and so are segments that overlap on one path (Zhou et al. 2020,
     Section 3.2, Step 1; union-find over all paths). Then, until nothing changes, each path's visits grow by
@@ -75,7 +75,7 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
 def cover(
     loop: Loop, visits: Iterable[ZoneVisit], need_m: float, union: UnionFind[int]
 ) -> tuple[ZoneVisit, ...]:
-    """Extend the visits on one path until a vehicle can stop before each.
+    """Extend the zone visits on a path so that a vehicle can stop before each.
 
     A vehicle that waits stands with its front where a state ends, so states end where SUMO can hold a
     vehicle: a visit begins at or before its true beginning, and ends at or after its true end, at such a

@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def of_tables(function: Callable[P, T], offered_by: str) -> Callable[P, T]:
-    """Return a function of tables that refuses in one line tables whose values no run has.
+    """Decorate a function of tables so that invalid values raise `AnalysisError` in one line.
 
     Tables may be damaged, made by another version, or a user's own. Whatever the function stumbles on then
     becomes an `AnalysisError` that names the function. A call that Python itself refuses stays a `TypeError`.

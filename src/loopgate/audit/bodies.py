@@ -1,4 +1,4 @@
-"""Bodies as rectangles on the ground, and which of them overlap."""
+"""Vehicles' bodies as rectangles on the ground, and the pairs of bodies that overlap."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
@@ -19,7 +19,7 @@ _ROUNDING_M = 0.02
 
 
 def overlapping(positions: Positions, length_m: Floats, width_m: Floats, bent: Mapping[int, Floats]) -> Ints:
-    """Return the pairs of rows of one step whose bodies overlap, shape (n, 2).
+    """Return the pairs of rows, shape (n, 2), of one step whose bodies overlap.
 
     Each body is a rectangle behind its recorded front, in its recorded direction. O(n log n) for vehicles
     on roads, of which few are near each other.

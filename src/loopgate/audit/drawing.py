@@ -48,7 +48,7 @@ class DrawnConflict:
 
 
 class Side(NamedTuple):
-    """One of two bodies that touch: a loop, the lane of the front, where front and rear touch as above [m].
+    """One of two touching bodies: its loop, the lane of its front, the positions of front and rear [m].
 
     `fronts_m` is how far apart the first and the last of these fronts are [m]. `waits` says whether some of
     these bodies lie in a place, between its beginning and its stop line, `shortest` whether none are shorter.
@@ -66,7 +66,7 @@ class Side(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """All touches between two ways; `loops` are the loops on each way, with their offsets [m]."""
+    """All touches between two ways, with the loops on each way and their offsets [m]."""
 
     one: Side
     other: Side

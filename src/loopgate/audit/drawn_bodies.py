@@ -1,4 +1,4 @@
-"""Each lane as part of the ways that lead over it, and the bodies on it, drawn from the lanes alone."""
+"""The bodies of vehicles on each lane, drawn from the map only."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -43,12 +43,12 @@ class LaneOnWay:
 
     @property
     def behind(self) -> list[tuple[float, int]]:
-        """Its own lane and the lanes behind it, each with its beginning [m], the farthest first."""
+        """The lane and the lanes behind it, each with its beginning [m], the farthest first."""
         return sorted((metres, lane) for lane, metres in self.window.items() if metres <= 0.0)
 
 
 class Body(NamedTuple):
-    """A body: its way, its front on it, its length [m], the lane of its rear, whether it lies in a place."""
+    """A body on a way: position of its front [m], length [m], lane of its rear, whether it is in a place."""
 
     way: int
     at_m: float
@@ -98,7 +98,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[LaneOnWay]:
 
 
 def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
-    """Return the numbers of ways in groups; on the ways of a group bodies lie and wait alike."""
+    """Return the numbers of ways in groups; the bodies on all ways of a group look the same."""
     found: dict[object, list[int]] = {}
     for number, way in enumerate(ways):
         reach_m = max((length_m for length_m, _ in way.sizes), default=0.0)
@@ -111,7 +111,7 @@ def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
 
 
 def driven(loop: LoopWay, span: LoopSpan, before: LoopSpan) -> list[tuple[float, float]]:
-    """Return where vehicles are on each lane of a span that they drive on [m]: all along, unless they change.
+    """Return the part of each lane of a span on which vehicles drive [m].
 
     They change between the place before and the one behind, if these lie on the span. Without lanes inside
     junctions they jump from lane to lane: nothing can be drawn until they are on the second.
@@ -137,7 +137,7 @@ def _once(loop: LoopWay) -> bool:
 
 
 def jumps(before: LoopSpan, span: LoopSpan) -> bool:
-    """Return whether vehicles get from one lane to another with no lane inside a junction between."""
+    """Return whether vehicles get from one lane to another without a lane inside a junction."""
     return not before.internal and not span.internal
 
 
@@ -180,7 +180,7 @@ def _path(layout: Layout, lanes: _Lanes, k: int, reach_m: float) -> tuple[Floats
 
 
 def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], Any]:
-    """Return bodies, or parts of them, and their rectangles."""
+    """Return bodies, or parts of bodies, and their rectangles."""
     bodies: list[Body] = []
     corners: list[Floats] = []
     for number, way in enumerate(ways):

@@ -42,7 +42,7 @@ class Passages:
 
 @dataclass(frozen=True, slots=True)
 class Clash:
-    """`vehicle` came onto a stretch of `group` while `other` was on it, or as one more than it holds.
+    """A finding: `vehicle` came onto a stretch while `other` was on it, or as one vehicle too many.
 
     ``by`` is how many seconds too early it came, or how many vehicles too many were there.
     """
@@ -55,7 +55,7 @@ class Clash:
 
 
 class Margins:
-    """Seconds between the rear of one leaving a shared stretch and the front of the next reaching it.
+    """The times between two vehicles on a shared stretch: from the first rear to the second front [s].
 
     Counted once for each passage, to the last foe before it. A histogram, so that its size does not grow
     with the run; margins of a minute and more are left out, and those to a foe that is still there.
@@ -74,7 +74,7 @@ class Margins:
             self._counts += np.bincount(bins, minlength=len(self._counts))
 
     def summary(self) -> dict[str, float | int]:
-        """Return how many there were, the least and a few percentiles [s], to a tenth of a second."""
+        """Return the number of margins, the least and some percentiles [s], to a tenth of a second."""
         total = int(self._counts.sum())
         if not total:
             return {"count": 0}
@@ -93,7 +93,7 @@ class Margins:
 
 
 class Exclusion:
-    """Judges passages as they come; memory holds the passages under way only.
+    """Judges passages over shared stretches in order of time.
 
     `groups`: places, of which each holds so many bodies; and pairs of movements, of which only one may have
     bodies on the stretch that they share, however many.

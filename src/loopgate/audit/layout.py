@@ -42,12 +42,12 @@ class LoopSpan:
 
     @property
     def driven(self) -> tuple[str, ...]:
-        """The lanes on which it comes and leaves, one or two."""
+        """The lanes on which the vehicle comes and leaves: one or two lanes."""
         return (self.entered, self.lanes[0]) if self.entered else self.lanes[:1]
 
     @property
     def internal(self) -> bool:
-        """Whether it lies inside a junction."""
+        """Whether the lane lies inside a junction."""
         return self.lanes[0].startswith(":")
 
 
@@ -75,7 +75,7 @@ class LoopWay:
 
 @dataclass(frozen=True, slots=True)
 class VehicleBody:
-    """A vehicle: its loop, its size [m], and where it starts: arc length of its front, its leg.
+    """A vehicle: its loop, its size [m], and its start: arc length of its front [m], and its leg.
 
     One that is `jointed` bends where lanes meet.
     """

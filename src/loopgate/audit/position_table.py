@@ -26,7 +26,7 @@ _NUMBERS = ("timestep_time", *(f"vehicle_{name}" for name in ("pos", "speed", "o
 
 @dataclass(frozen=True, slots=True)
 class Positions:
-    """Rows in the order of time: one per vehicle and step.
+    """The recorded positions of vehicles: a row for each vehicle and step, in order of time.
 
     Attributes
     ----------

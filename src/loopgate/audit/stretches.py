@@ -1,4 +1,4 @@
-"""Stretches of loops with a limit: a number of bodies, or one direction at a time."""
+"""Stretches of loops with a limit on vehicles: a number of bodies, or one direction at a time."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ ROUNDING_M = 0.02
 
 @dataclass(frozen=True, slots=True)
 class StretchGroup:
-    """Properties that the stretches of one group have in common."""
+    """The common limit of a group of stretches."""
 
     kind: str
     """``place``, ``crossing`` (as the abstraction says) or ``drawn`` (as the lanes are drawn)."""
@@ -29,7 +29,7 @@ class StretchGroup:
 
 @dataclass(frozen=True, slots=True)
 class LoopStretches:
-    """The stretches of one loop: arc lengths [m] at begin and end, number of the group, side (0 or 1)."""
+    """The stretches of one loop: begin and end [m], number of the group, side (0 or 1)."""
 
     begin_m: Floats
     end_m: Floats

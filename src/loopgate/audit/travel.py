@@ -18,7 +18,7 @@ TOLERANCE_M = 0.1
 
 
 class LoopTable:
-    """A loop as arrays: where its lanes begin, its legs, and the crossings between them [m]."""
+    """A loop as arrays: the beginnings of its lanes, its legs, and the crossings between them [m]."""
 
     def __init__(self, loop: LoopWay, lanes: dict[str, int], stretches: LoopStretches) -> None:
         self.lap_m = loop.length_m
@@ -64,7 +64,7 @@ def _stretches_of(length_m: float, stretches: LoopStretches) -> LoopStretches:
 
 
 class Traveller:
-    """Follows one vehicle through the pieces of its record.
+    """Follows a vehicle through consecutive pieces of its recorded positions.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ import click
 
 
 class GroupedCommand(click.Command):
-    """A command whose help lists its options by group; options of no group come last, under "Options".
+    """A command whose help lists its options in groups; other options come last, under "Options".
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def print_table(
 
 
 def deadlock_text(deadlock: Mapping[str, Any]) -> str:
-    """Return a deadlock in one line: how many vehicles, on which streets; of a small circle each vehicle."""
+    """Return a line about a deadlock: number of vehicles and streets; all vehicles of a small circle."""
     vehicles = deadlock["vehicles"]
     # A place is a lane, EDGE_NUMBER, or a state of a gate that has a name of its own.
     streets = list(dict.fromkeys(_LANE.sub("", place) for place in deadlock["places"]))

@@ -1,4 +1,4 @@
-"""``loopgate warm-up``: compile all that will ever be compiled, so that no run waits for it."""
+"""``loopgate warm-up``: compile all functions in advance, so that no run has to wait."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ _SHARES = (tuple(PARTS)[::2], tuple(PARTS)[1::2])
 
 
 def compile_parts(names: Iterable[str]) -> None:
-    """Compile these parts here, and print the name of each function that is compiled."""
+    """Compile some parts of loopgate, and print the name of each compiled function."""
     from loopgate.kernel_cache import listen_to_compiling
 
     listen_to_compiling(lambda name: print(_PRINTED, name, flush=True))  # noqa: T201  the process before reads it

@@ -19,7 +19,7 @@ Features = list[dict[str, Any]]
 
 
 def feature(line: Floats, **properties: object) -> dict[str, Any]:
-    """Return a line, or a point if it is one, as a feature of GeoJSON with plain values."""
+    """Return a line or a point as a GeoJSON feature with plain values."""
     points = np.round(line, _DIGITS).tolist()
     shape = {"type": "Point", "coordinates": points[0]}
     if len(points) > 1:

@@ -15,7 +15,7 @@ from loopgate.model import Placement, System
 
 
 class Algorithm2Gate(Follower, follows=True):
-    """Admits a move iff it is collision-free and every circuit it would be part of is live by Theorem 1.
+    """The gate ``algorithm2``: it admits a move if every circuit that it joins is live by Theorem 1.
 
     States that hold several robots are read as `loopgate.gates.walks` says: one with room is as good as
     private, a full one is an occupied collision state whose robot is the head of its queue. A move into a

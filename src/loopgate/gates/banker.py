@@ -8,7 +8,7 @@ from loopgate.model import Placement
 
 
 class BankerGate(Follower, follows=True):
-    """Admits a move iff the robot has a safe walk: all states up to its next private state have room.
+    """The gate ``banker``: it admits a move if all states up to the robot's next private state have room.
 
     From a configuration in which every robot but the movers has such a way, it never leads to a deadlock; but
     it forbids much, and where a robot has no private state it never moves at all. (Kalinovcic et al. 2011,

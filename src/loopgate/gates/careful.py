@@ -1,4 +1,4 @@
-"""Gates of a user's own, asked with care: errors and strange answers become one line with the gate's name."""
+"""Calls of a user's own gate: an exception or an invalid answer becomes one line with the gate's name."""
 
 import inspect
 from typing import Any

@@ -23,7 +23,7 @@ class BudgetSpent(Exception):  # noqa: N818 - not an error: the gate answers wit
 
 
 class CircuitSearch:
-    """Looks for a circuit through one state that is not live by Theorem 1.
+    """Searches for a circuit through a state that is not live by Theorem 1.
 
     Parameters
     ----------

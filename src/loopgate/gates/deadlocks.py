@@ -9,7 +9,7 @@ W = TypeVar("W", bound=Hashable)
 
 
 def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
-    """Return the robots that wait for one another for good: the greatest fixpoint.
+    """Return the robots that wait for each other for good: the greatest fixpoint.
 
     The recognition of deadlocks on roads asks it about vehicles, gates ask it about robots and full places.
     O(members of all sets).
@@ -53,7 +53,7 @@ def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
 
 
 def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:
-    """Return the robots that wait for one another for ever; empty iff no deadlock exists (Def. 3).
+    """Return the robots in a deadlock, which wait for each other for ever (Def. 3).
 
     The largest set of robots each of which wants a full state, all of whose occupants are in the set. Where
     states hold one robot, these are the robots of cycles in which each wants the state of the next, and the

@@ -1,4 +1,4 @@
-"""Gates without a memory that follow the moves, so that no caller writes configurations out."""
+"""Gates that keep track of moves themselves, for gates that need only the configuration."""
 
 from abc import ABC, abstractmethod
 
@@ -37,7 +37,7 @@ class Follower(ABC):
         return self._here if configuration is self._here else MutableConfiguration(configuration)
 
     def decide_here(self, robot: int) -> Decision:
-        """Decide the next move of `robot` after the moves told so far."""
+        """Decide the next move of `robot` in the configuration after all known moves."""
         return self.decide(self._here, robot)
 
     def moved_here(self, robot: int) -> None:

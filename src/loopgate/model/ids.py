@@ -1,4 +1,4 @@
-"""Types of the identifiers, so that a robot is never taken for a state."""
+"""Types for the names of robots and states, so that type checkers keep them apart."""
 
 from typing import NewType
 

@@ -1,4 +1,4 @@
-"""One robot: its cyclic or open sequence of states."""
+"""A robot and its path: a closed or open sequence of states."""
 
 from dataclasses import dataclass
 

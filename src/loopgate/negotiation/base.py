@@ -1,4 +1,4 @@
-"""The interface of negotiations: they put simultaneous requests in order."""
+"""The interface of negotiations, which order simultaneous requests."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
@@ -18,31 +18,31 @@ class Request(NamedTuple):
 
 
 class View(Protocol):
-    """The view that a negotiation has: how full the states are, as the vehicles really stand."""
+    """The occupancy of states as a negotiation sees it."""
 
     def held(self, state: int) -> int:
-        """Return how many vehicles occupy `state`."""
+        """Return the number of vehicles in `state`."""
         ...
 
     def room(self, state: int) -> int:
-        """Return how many more vehicles fit into `state`."""
+        """Return the number of free slots of `state`."""
         ...
 
     def outside(self, state: int) -> int:
-        """Return how many vehicles wait to depart into `state`."""
+        """Return the number of vehicles that wait to depart into `state`."""
         ...
 
 
 @runtime_checkable
 class Negotiation(Protocol):
-    """Orders requests and may delay some. It never admits a move that the gate refuses.
+    """The interface of a negotiation, which orders requests and may delay some.
 
     A negotiation class is called with a random generator (`random.Random`, seeded by the run) and with
     keyword options that the user may set (``--negotiation name:option=value``).
     """
 
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
-        """Return `requests` in the order in which the gate shall decide them.
+        """Return `requests` in the order in which the gate decides them.
 
         A request that is left out waits for the next step.
         """
@@ -51,8 +51,8 @@ class Negotiation(Protocol):
 
 @runtime_checkable
 class InformedNegotiation(Negotiation, Protocol):
-    """A negotiation that wants to know the system before the first request."""
+    """A negotiation that gets the system before the first request."""
 
     def prepare(self, system: System) -> None:
-        """Take note of the robots, their paths and the capacities of the states."""
+        """Read the robots, their paths and the capacities of the states."""
         ...

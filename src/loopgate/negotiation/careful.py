@@ -1,4 +1,4 @@
-"""Negotiations of a user's own, asked with care: errors and strange orders become one line with its name."""
+"""Calls of a user's own negotiation: an exception or an invalid order becomes one line with its name."""
 
 from collections.abc import Sequence
 from itertools import islice

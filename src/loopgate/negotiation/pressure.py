@@ -11,7 +11,7 @@ _NO_RESERVE = 2.0
 
 
 class Pressure:
-    """Orders by pressure, queue behind less queue ahead (max-pressure, Varaiya 2013), with a soft reserve.
+    """The negotiation ``pressure``: the vehicle with the longest queue behind it goes first (max-pressure).
 
     A gate that admits every safe move lets a crowded network fill up around its busiest junctions until
     only single slots move through the queues. So a vehicle is asked to wait while the place it wants is
@@ -51,7 +51,7 @@ class Pressure:
 
     @property
     def figures(self) -> tuple[float, float, float]:
-        """`crowded`, `patience` and `wait`, the first as it follows from the network."""
+        """The options `crowded`, `patience` and `wait`; `crowded` follows from the network."""
         return float(self._crowded), float(self._patience_s), float(self._wait_s)
 
     def prepare(self, system: System) -> None:
@@ -60,7 +60,7 @@ class Pressure:
             self._crowded = max(0.0, 1.0 - len(system.robots) / sum(system.room))
 
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
-        """Return the requests that need not wait, strongest pressure first; ties go by robot number."""
+        """Return the requests that need not wait, by falling pressure; ties go by robot number."""
         going = [request for request in requests if not self._waits(request, view, now_s)]
         return sorted(going, key=lambda request: (-self._pressure(request, view, now_s), request.robot))
 

@@ -15,7 +15,7 @@ _NEGOTIATIONS = Plugins(
 
 
 def name_negotiation(negotiation: object) -> str:
-    """Return the name of a negotiation: of its class, its function, or the object.
+    """Return the name of a negotiation class, function or object.
 
     Raises `ScenarioError` if it is none of these, nor a name.
     """
@@ -36,12 +36,12 @@ class _Made:
 
 
 def check_negotiation(spec: str) -> None:
-    """Check a negotiation's name and options, by making one; raise `ScenarioError` as `make_negotiation`."""
+    """Check the name and options of a negotiation; raise `ScenarioError` if they are invalid."""
     make_negotiation(spec, Random(0))
 
 
 def make_negotiation(spec: str, rng: Random) -> Negotiation:
-    """Make the negotiation that `spec` names (``name`` or ``name:option=value,...``).
+    """Make a negotiation from its name with options, ``name:option=value,...``.
 
     Raises `ScenarioError` if no negotiation has that name, it has no such option, or an option has no such
     value. Raises `PluginError` if one of a user's own fails, or cannot be called as negotiations are.

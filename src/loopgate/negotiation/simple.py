@@ -7,7 +7,7 @@ from loopgate.negotiation.base import Request, View
 
 
 class RandomDelay:
-    """The paper's ``Neg`` (Zhou et al. 2020, Section 4.1): the smallest of random delays goes first."""
+    """The negotiation ``random``: the smallest random delay goes first (the paper's ``Neg``)."""
 
     def __init__(self, rng: Random) -> None:
         self._rng = rng
@@ -20,7 +20,7 @@ class RandomDelay:
 
 
 class OldestFirst:
-    """The robot that has asked longest goes first; ties go by robot number."""
+    """The negotiation ``oldest``: the oldest request goes first; ties go by robot number."""
 
     def __init__(self, rng: Random) -> None:
         del rng

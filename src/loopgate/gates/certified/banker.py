@@ -8,7 +8,7 @@ from loopgate.gates.certified.occupancy import Occupancy
 
 
 def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
-    """Send home every robot whose way home is free, again and again (Banker's rule).
+    """Send home each robot with a free way home, repeatedly (Banker's rule).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The chain rule: never close a circle of full places, each of whose first vehicle wants the next.
+"""The chain rule: never close a circle of full places in which each first vehicle wants the next place.
 
 `follow` is the one walk along full places. The gate asks it through `closes`, vehicles that join through
 `closes_by_entering`, vehicles that turn to another way through `leads_round`, service through `next_mover`,
@@ -18,23 +18,23 @@ V = TypeVar("V")
 
 
 class Standing(Protocol[P, V]):
-    """The places of robots, and the place that each robot wants."""
+    """The places of vehicles, and the next place of each."""
 
     def free(self, place: P, /) -> int:
-        """Return how many slots of a place are free."""
+        """Return the number of free slots of a place."""
         ...
 
     def first(self, place: P, /) -> V | None:
-        """Return the vehicle that leaves a place next; None if the place is empty or that is not settled."""
+        """Return the vehicle that leaves a place next; None if the place is empty or this is not known."""
         ...
 
     def wanted(self, vehicle: V, /) -> P | None:
-        """Return the place that a vehicle wants next; None where its path ends."""
+        """Return the next place of a vehicle; None at the end of its path."""
         ...
 
 
 class Chain(Generic[P]):
-    """Full places, each of whose first vehicle wants the next.
+    """A chain of full places: the first vehicle of each place wants the next place.
 
     `places`: in the order of the walk, each once. `end`: the place that the first vehicle of the last of them
     wants: it has room, or it is one of `places`; None where nobody knows, or that vehicle's path ends.
@@ -47,7 +47,7 @@ class Chain(Generic[P]):
         self.end: Final = end
 
     def circle(self) -> list[P]:
-        """Return the places that wait for one another in a circle; empty if a place has room."""
+        """Return the places of a circle in the chain; empty if the chain ends at a place with a free slot."""
         if self.end is None or self.end not in self.places:
             return []
         return self.places[self.places.index(self.end) :]
@@ -61,7 +61,7 @@ def follow(
     onward: P | None = None,
     left: P | None = None,
 ) -> Chain[P]:
-    """Follow full places from `begin`, each to the place that its first vehicle wants.
+    """Follow full places from `begin`, each to the next place of its first vehicle.
 
     All is seen as if one more vehicle, which wants `onward`, were last in line in `entered`, and the first in
     line had gone from `left`. O(places on the way).
@@ -81,7 +81,7 @@ def follow(
 
 
 def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None = None) -> list[P]:
-    """Return the full places of the circle that is there once the first in `here` has moved to `target`.
+    """Return the circle of full places that arises when the first vehicle in `here` moves to `target`.
 
     That vehicle wants `onward` after that.
     """
@@ -89,7 +89,7 @@ def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None
 
 
 def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward: P | None) -> bool:
-    """Return whether one more vehicle, last in line in `place`, closes a circle of full places.
+    """Return whether a circle of full places arises when a vehicle joins the line in `place`.
 
     So many slots are `free` there before. The vehicle wants `onward` next; None for a place that is empty.
     """
@@ -100,18 +100,18 @@ def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward:
 
 
 def leads_round(standing: Standing[P, V], begin: P | None, place: P) -> bool:
-    """Return whether full places lead from `begin` to `place`, be it full or not, or to a circle."""
+    """Return whether the chain of full places from `begin` leads to `place`, or to a circle."""
     chain = follow(standing, begin)
     return place in chain.places or chain.end == place or bool(chain.circle())
 
 
 def circle_from(standing: Standing[P, V], place: P) -> list[P]:
-    """Return the circle of full places that `place` waits for; none if its vehicles can move some day."""
+    """Return the circle of full places that the vehicles of `place` wait for; empty if there is none."""
     return follow(standing, place).circle()
 
 
 def next_mover(standing: Standing[P, V], place: P) -> V | None:
-    """Return the vehicle to move next, so that the first in `place` moves after finitely many such moves.
+    """Return the vehicle to move next so that the first vehicle in `place` moves in the end.
 
     Ask again after each move, until that vehicle has moved. None if full places wait for one another in a
     circle there, or nobody is first.

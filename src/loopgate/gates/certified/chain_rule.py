@@ -18,7 +18,7 @@ _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 
 
 class ChainRule(LivenessProof):
-    """The chain rule: promises that some robot can always move and no circular wait forms, or more.
+    """The chain rule as a proof of the promise that no circular wait ever forms.
 
     A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
     between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
@@ -55,7 +55,7 @@ class ChainRule(LivenessProof):
 
     @property
     def by_chain_alone(self) -> bool:
-        """Whether the chain of heads decides every move: all states are private, or FIFO and wide."""
+        """Whether the chain of full places decides every move: all states are private, or wide."""
         layout = self.layout
         waits = zip(layout.fifo, self._wide, layout.system.private, strict=True)
         rests = all((fifo and wide) or private for fifo, wide, private in waits)
@@ -78,7 +78,7 @@ class ChainRule(LivenessProof):
         return position
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Reserve the slots for `configuration`; False if there is a circular wait or no way home."""
+        """Start in `configuration`; return False if it has a circular wait or a robot has no way home."""
         layout = self.layout
         self._held = [0] * len(layout.room)
         self._coming = {s: [] for s, wide in enumerate(self._wide) if wide}
@@ -120,11 +120,11 @@ class ChainRule(LivenessProof):
         return [i for i in inside if after[i][at[i]] not in (place, -1)], False
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which is enabled."""
+        """Decide the next move of `robot`, which capacity and order allow."""
         return self.at_once(stand, robot) or self._narrow.judge(configuration, stand, robot)
 
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
-        """Decide by the chain rule alone; None if the way home over narrow places has to be looked at too."""
+        """Decide by the chain rule alone; None if the way over narrow places matters too."""
         p = stand.at[robot]
         if self.layout.home[robot][p]:
             target = self._after[robot][p]
@@ -143,7 +143,7 @@ class ChainRule(LivenessProof):
         return None
 
     def closes(self, stand: Occupancy, robot: int, target: int) -> list[int]:
-        """Return the full places of the circle that the robot's move to `target`, which fills it, closes."""
+        """Return the circle of full places that the robot's move to `target` would close."""
 
         def first(place: int) -> int | None:
             leavers, unsure = self._leavers(stand, place)
@@ -179,7 +179,7 @@ class ChainRule(LivenessProof):
         return refusal(Reason.DEADLOCK, detail, "chain", heads)
 
     def moved(self, robot: int, before: int) -> bool:
-        """Take note that `robot` moved from the position `before`; False if there is no witness."""
+        """Record that `robot` moved from the position `before`; return False if no witness is known."""
         after = self.layout.follow[robot][before]
         rested, rests = self.layout.home[robot][before], self.layout.home[robot][after]
         target = self._rest[robot][after]
@@ -196,10 +196,10 @@ class ChainRule(LivenessProof):
         return self._narrow.moved(robot, before)
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """Do nothing: the drive makes room for vehicles that wait long."""
+        """Do nothing: the drive itself serves vehicles that wait long."""
 
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
-        """Return that the chain rule is enough, or moves to rests; of a refusal, which places are full."""
+        """Return the certificate of a decision: the chain rule's name, or the full places of a refusal."""
         states = self.layout.system.states
         if decision.admitted and self.for_everyone:
             return {"kind": "chain"}

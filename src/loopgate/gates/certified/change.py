@@ -1,4 +1,4 @@
-"""Whether everyone can go on after a change of loops, and while the first in some places stand for good.
+"""Whether all vehicles can go on for ever after a change of loops, and while some vehicles stand.
 
 Where places hold two or more and are left in order of arrival, that depends on where vehicles stand through
 circles of full places alone, and on their loops through (S) alone (proof: docs/proofs/Change.v). So a change
@@ -16,7 +16,7 @@ from loopgate.gates.certified.crowding import find_crowd
 
 
 class Why(StrEnum):
-    """Why not everyone can go on."""
+    """The reason why some vehicle cannot go on for ever."""
 
     LEADS_THERE = "a loop leads to a place whose first vehicle stands"
     CIRCLE = "full places wait for one another in a circle"
@@ -64,16 +64,16 @@ class Standing:
     slots: Sequence[int]
 
     def free(self, place: int) -> int:
-        """Return how many slots are free."""
+        """Return the number of free slots of a place."""
         return self.slots[place] - len(self.lines[place])
 
     def first(self, place: int) -> int | None:
-        """Return the first in line, None if the place is empty."""
+        """Return the first vehicle in line; None if the place is empty."""
         line = self.lines[place]
         return line[0] if line else None
 
     def wanted(self, vehicle: int) -> int:
-        """Return the place that a vehicle wants next."""
+        """Return the next place of a vehicle."""
         loop = self.loops[vehicle]
         return loop[(self.positions[vehicle] + 1) % len(loop)]
 
@@ -81,7 +81,7 @@ class Standing:
 def find_hindrance(
     there: Standing, *, changed: Collection[int] | None = None, stands: Collection[int] = ()
 ) -> Hindrance | None:
-    """Return why some vehicle cannot go on for ever, vehicles in blocked places left out; None if all can.
+    """Return why some vehicle outside blocked places cannot go on for ever; None if all can.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The witness checker: it replays moves one by one, without a search. Every witness that it accepts is safe.
+"""The checker of witnesses: it replays moves without a search, and accepts only correct witnesses.
 
 It shares no code with the stages that find witnesses, so that a mistake there costs permissiveness, never
 safety. Only the model's own data are read.
@@ -12,7 +12,7 @@ from loopgate.model import Configuration, System
 
 
 class Checker:
-    """Replays moves of one system by its rules and looks at where they lead."""
+    """Replays moves of a system, and checks where they lead."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -26,7 +26,7 @@ class Checker:
     def brings_home(
         self, configuration: Configuration, moves: Sequence[int], home: Sequence[Sequence[bool]]
     ) -> bool:
-        """Return whether `moves` are legal one after the other and end with every robot at home.
+        """Return whether `moves` are legal in order and bring every robot home.
 
         Parameters
         ----------
@@ -50,7 +50,7 @@ class Checker:
     def brings_round(
         self, configuration: Configuration, approach: Sequence[int], circle: Sequence[int]
     ) -> bool:
-        """Return whether `approach` is legal, and then `circle`, which moves all and leads back to its begin.
+        """Return whether `approach` and then `circle` are legal, and `circle` moves all robots round.
 
         That is a witness that every robot can go on for ever in a system whose robots have no homes: the
         circle can be driven again and again. Robots that stay for good at its beginning need not move.
@@ -71,7 +71,7 @@ class Checker:
     def leaves_room(
         self, configuration: Configuration, moves: Sequence[int], blocking: Sequence[bool]
     ) -> bool:
-        """Return whether `moves` are legal and end with a slot free in every state that can block.
+        """Return whether `moves` are legal and leave a free slot in every state that can block.
 
         Robots that stay for good are to be where they stay by then, in states that never block. From there
         everyone can go on for ever, see `FreeSlots`. `blocking` says by state whether it can block.

@@ -28,7 +28,7 @@ SPARE = 2
 
 @dataclass(frozen=True, slots=True)
 class Crowd:
-    """A crossed set of places with too many residents.
+    """A crossed set of places with more residents than condition (S) allows.
 
     Attributes
     ----------
@@ -46,14 +46,14 @@ class Crowd:
 
     @property
     def excess(self) -> int:
-        """How many residents there are too many."""
+        """The number of residents beyond the limit of condition (S)."""
         return len(self.residents) - (self.slots - SPARE)
 
 
 def find_crowd(
     loops: Sequence[Sequence[int]], slots: Sequence[int], passing: Iterable[Sequence[int]] = ()
 ) -> Crowd | None:
-    """Return a crossed set of places with too many residents, None if there is none: (S) holds.
+    """Return a set of places that breaks condition (S); None if (S) holds.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def find_crowd(
 
 
 def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
-    """Return robots without which (S) holds, ascending; none if it holds with all.
+    """Return robots that must be removed for condition (S) to hold, ascending; empty if it holds.
 
     Crowd by crowd, those on the shortest loops first, since they are residents of the most sets. Seldom there
     are fewer that would do.
@@ -107,7 +107,7 @@ def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
 
 
 def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
-    """Refuse a start for which (S) does not hold; all paths of the system are closed.
+    """Raise an error if condition (S) fails at the start of a system of closed paths.
 
     That is plain where they stand with a slot free in every place. A place of one robot's own counts as one
     that holds two: it never has to wait for it.

@@ -23,7 +23,7 @@ _Moves = dict[Configuration, list[tuple[int, Configuration]]]
 
 
 class Exploration(LivenessProof):
-    """Admits a move iff every robot can go on for ever after it, by exploring the reachable configurations.
+    """The proof by exploring all reachable configurations: every robot can go on for ever.
 
     A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
     leads back to it. For each configuration known to be live the next move of its witness is remembered;
@@ -67,7 +67,7 @@ class Exploration(LivenessProof):
         return True
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which is enabled."""
+        """Decide the next move of `robot`, which capacity and order allow."""
         del stand
         if self._here is None:
             return refusal(self.missing, "no way on for all", "begin")
@@ -88,7 +88,7 @@ class Exploration(LivenessProof):
         return Decision(admitted=True, reason=Reason.FREE, stage=stage)
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only moves after which `robot` can still move; -1 ends that."""
+        """Admit only moves after which `robot` can still move; -1 ends this."""
         del configuration, stand
         self._plan = []
         if robot >= 0 and self._here is not None:

@@ -16,7 +16,7 @@ from loopgate.model import Configuration
 
 
 class FreeSlots(WitnessProof):
-    """Admits a move iff it finds moves after which every place has a slot free.
+    """The proof by moves that lead to a configuration with a free slot in every place.
 
     *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
     robot, and while that leaves a place full, move who came first into it. Only one place is full at a time,
@@ -47,7 +47,7 @@ class FreeSlots(WitnessProof):
 
     @staticmethod
     def applies(layout: SystemIndex) -> bool:
-        """Return whether no robot comes to rest for good in a state that can block."""
+        """Return whether no robot ends its path in a state that can block."""
         return all(s < 0 for s in layout.settles)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
@@ -67,7 +67,7 @@ class FreeSlots(WitnessProof):
         return wait_after(stand, robot)
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only the moves of a way on which `robot` moves; -1: end that."""
+        """Admit only moves that lead to a move of `robot`; -1 ends this."""
         del configuration
         self._verdicts.clear()
         self._favoured = -1

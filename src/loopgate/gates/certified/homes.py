@@ -16,7 +16,7 @@ _REPLAYED = Decision(admitted=True, reason=Reason.FREE, stage="replay")
 
 
 class Homes(WitnessProof):
-    """Admits a move iff every robot can still get home after it, and holds the moves that show it.
+    """The proof by moves that bring every robot home, to a state where it blocks no other robot.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ class Homes(WitnessProof):
         return True
 
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
-        """Admit a move from one home to the next of which the witness does not speak: it is still one."""
+        """Admit a move between homes that is not in the witness, which stays valid; else None."""
         return _REPLAYED if self._passes_by(robot, stand.at[robot]) else None
 
     def moved(self, robot: int, before: int) -> bool:
-        """Take over the witness of the move of `robot` from position `before`; False if there is none."""
+        """Record a move of `robot` from position `before`, and its witness; False if no witness is known."""
         if self._passes_by(robot, before):
             self.forget_verdicts()
             return True
@@ -70,7 +70,7 @@ class Homes(WitnessProof):
         self._verdicts.clear()
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only moves that keep a way open on which `robot` moves soon; -1 ends that.
+        """Admit only moves after which `robot` can move soon; -1 ends this.
 
         The witness is reordered so that before the robot's next move only those move who have to. While
         it is kept but for moves pulled forward, the moves before it can only become fewer.
@@ -105,7 +105,7 @@ class Homes(WitnessProof):
         return self._found_for(robot)
 
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
-        """Return moves that bring all home; of a refusal, a proof that there are none."""
+        """Return the certificate of a decision: moves that bring all robots home, or a proof of a refusal."""
         if decision.admitted:
             return {"kind": "home", "moves": self.ids([robot, *(self.witness_after(stand, robot) or [])])}
         return dead_after(stand, robot, "dead")

@@ -1,4 +1,4 @@
-"""Liveness proofs: each holds the evidence for one promise, and decides moves by it."""
+"""Proofs of liveness: each has the evidence for one promise, and decides moves by it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -19,13 +19,13 @@ class Verdict(NamedTuple):
 
 
 def overruled(system: System, favoured: int) -> Decision:
-    """Return the refusal of a move that would close the way of a robot that goes first."""
+    """Return a refusal for a move that would close the way of the robot that goes first."""
     detail = f"{system.robots[favoured].id} has waited too long and goes first"
     return refusal(Reason.NEGOTIATION, detail, "steering", (favoured,))
 
 
 class LivenessProof(ABC):
-    """The evidence for one promise; it decides moves that capacity and order allow."""
+    """The evidence for one promise, by which moves are decided."""
 
     for_everyone = True
     """Whether everyone can go on for ever, or else somebody can always move."""
@@ -38,27 +38,27 @@ class LivenessProof(ABC):
 
     @abstractmethod
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find a witness for a configuration that was not reached by an admitted move; say if there is one.
+        """Find a witness for a configuration; return whether there is one.
 
         Raises `BudgetError` if the budget is used up before the answer is known.
         """
 
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
-        """Decide the next move of `robot` by where robots stand; None if the configuration is needed too."""
+        """Decide the next move of `robot` from positions alone; None if the configuration is needed."""
         del stand, robot
         return None
 
     @abstractmethod
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which is enabled."""
+        """Decide the next move of `robot`, which capacity and order allow."""
 
     @abstractmethod
     def moved(self, robot: int, before: int) -> bool:
-        """Take note that `robot` moved from the position `before`; False if no witness is known any more."""
+        """Record that `robot` moved from the position `before`; return False if no witness is known."""
 
     @abstractmethod
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
-        """From now on admit only moves that keep a way open on which `robot` moves soon; -1 ends that."""
+        """Admit only moves after which `robot` can move soon; -1 ends this."""
 
     @abstractmethod
     def shown(self, stand: Occupancy, robot: int, decision: Decision) -> dict[str, Any] | None:
@@ -70,7 +70,7 @@ class LivenessProof(ABC):
 
 
 class WitnessProof(LivenessProof):
-    """Holds moves that show that a promise is kept, and its findings about the next moves."""
+    """A proof by a witness: moves that show that a promise holds."""
 
     def __init__(self, layout: SystemIndex) -> None:
         super().__init__(layout)
@@ -81,7 +81,7 @@ class WitnessProof(LivenessProof):
         self._favoured = -1
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which is enabled."""
+        """Decide the next move of `robot`, which capacity and order allow."""
         verdict = self._verdicts.get(robot)
         if verdict is None:
             verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
@@ -97,7 +97,7 @@ class WitnessProof(LivenessProof):
         self._favoured = -1
 
     def moved(self, robot: int, before: int) -> bool:
-        """Take over the witness of the move of `robot`; False if there is none."""
+        """Record the move of `robot` and its witness; return False if there is none."""
         del before
         return self._take_over(robot)
 

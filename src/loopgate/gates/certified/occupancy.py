@@ -7,7 +7,7 @@ from loopgate.model import Configuration
 
 
 class Occupancy:
-    """A configuration as lists: positions, occupancy, queues.
+    """A configuration as lists, for fast searches: positions, occupancy and queues.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Occupancy:
         return Occupancy(self.layout, self.at[:], self.count[:], queue)
 
     def after(self, *robots: int) -> Occupancy:
-        """Return the positions of all robots after moves of these robots, which must be enabled."""
+        """Return the positions of all robots after a sequence of enabled moves."""
         there = self.copy()
         for robot in robots:
             there.step(robot)
@@ -54,17 +54,17 @@ class Occupancy:
         return self.layout.path[robot][self.at[robot]]
 
     def wanted(self, robot: int) -> int:
-        """Return the state `robot` enters next, or -1."""
+        """Return the next state of `robot`; -1 if it stays."""
         q = self.layout.follow[robot][self.at[robot]]
         return -1 if q < 0 else self.layout.path[robot][q]
 
     def heads(self, robot: int) -> bool:
-        """Return whether no robot stands before `robot` in a FIFO state."""
+        """Return whether no robot is ahead of `robot` in a FIFO state."""
         queue = self.queue.get(self.layout.path[robot][self.at[robot]])
         return queue is None or queue[0] == robot
 
     def enabled(self, robot: int) -> bool:
-        """Return whether the next move of `robot` breaks neither capacity nor order."""
+        """Return whether `robot` can move within the capacity and the FIFO order."""
         s = self.wanted(robot)
         return s >= 0 and self.count[s] < self.layout.room[s] and self.heads(robot)
 
@@ -94,5 +94,5 @@ class Occupancy:
         return [i for i in sorted(self.layout.system.visitors[state]) if path[i][at[i]] == state]
 
     def queues(self) -> tuple[tuple[int, ...], ...]:
-        """Return the queues as a configuration has them."""
+        """Return the queues in the form of a `Configuration`."""
         return tuple(tuple(self.queue[s]) for s in self.layout.system.fifo_states)

@@ -1,10 +1,10 @@
-"""Counts for how many moves of the others each robot has stood still."""
+"""Counts for each robot the moves of other robots since its own last move."""
 
 from collections import OrderedDict
 
 
 class Patience:
-    """Names the robot that has waited too long, counted in moves, since a gate has no clock.
+    """Finds the robot that has waited too long, counted in moves of other robots.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Patience:
         """The robot that the gate works towards, or -1."""
 
     def moved(self, robot: int, *, for_good: bool) -> bool:
-        """Take note of a move; return whether the favoured robot changed. `for_good`: it moves no more."""
+        """Count a move; return whether another robot is now favoured. `for_good`: the robot now stays."""
         if not self._limit:
             return False
         self._moves += 1
@@ -50,6 +50,6 @@ class Patience:
         return self.favoured != before
 
     def forget(self) -> None:
-        """Begin to count anew, all robots together."""
+        """Restart all counts."""
         self._since = OrderedDict.fromkeys(sorted(self._since), self._moves)
         self.favoured = -1

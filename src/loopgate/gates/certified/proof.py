@@ -30,7 +30,7 @@ def dead_after(stand: Occupancy, robot: int, kind: str) -> dict[str, Any] | None
 
 
 class Prover:
-    """Repeats the exact search and writes down why each core is dead.
+    """Repeats an exact search, and writes down why each configuration in it is dead.
 
     Each line of a proof is a set of robots with their positions (others are absent, which only makes it
     easier to get home) and a reason why they cannot all get home:
@@ -49,7 +49,7 @@ class Prover:
         self._known: dict[str, int] = {}
 
     def prove(self, stand: Occupancy) -> list[dict[str, Any]] | None:
-        """Return the lines of a proof that not all can get home from `stand`; None if they can.
+        """Return a proof that not all robots can get home from `stand`; None if they can.
 
         The last line is about `stand`.
 

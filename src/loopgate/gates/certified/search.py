@@ -14,12 +14,12 @@ _MEMORY = 200_000
 
 
 class BudgetError(Exception):
-    """The search has looked at as many nodes as it may, or for as long as it may."""
+    """A search that has used up its budget of nodes or time."""
 
 
 @dataclass(slots=True)
 class Budget:
-    """The most that one exact search may cost.
+    """The limits of one search: nodes and time.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Budget:
         return self.clock() + self.time_s
 
     def check(self, nodes: int, deadline_s: float) -> None:
-        """Stop a search that looks at its `nodes`-th node now.
+        """Raise `BudgetError` if the search has used up its budget at its `nodes`-th node.
 
         Raises `BudgetError` if that is one too many, or the deadline has come.
         """
@@ -54,7 +54,7 @@ class Budget:
 
 
 class Search:
-    """Finds moves that bring every robot home, or proves that there are none.
+    """The exact search for moves that bring every robot home, or for a proof that there are none.
 
     After each move every robot that can go home without harm does (`reduce_to_core`); a core with robots
     that can never move again is dead; robots that share no state on their ways home are searched apart.
@@ -83,7 +83,7 @@ class Search:
         """Number of cores that the last call branched on."""
 
     def solve(self, stand: Occupancy, robots: list[int], *, timed: bool = False) -> list[int] | None:
-        """Return moves that bring `robots` home from `stand` (which is changed), or None if there are none.
+        """Return moves that bring `robots` home from `stand` (which is changed); None if there are none.
 
         The other robots must be at home already. Only a `timed` search has the budget's limit of time.
 

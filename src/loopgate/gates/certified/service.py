@@ -1,11 +1,11 @@
-"""The service rule of the chain: it says which robot moves next, so that the longest wait ends."""
+"""The service rule: the order of moves by which the vehicle with the longest wait gets its turn."""
 
 from loopgate.gates.certified import chain
 from loopgate.gates.certified.occupancy import Occupancy
 
 
 def next_mover(stand: Occupancy, robot: int) -> int:
-    """Return the robot to move next, so that `robot` moves after finitely many such moves.
+    """Return the robot to move next so that `robot` moves in the end.
 
     For systems that the chain rule keeps going: all places left in order of arrival, holding two or more or
     a single robot's own, all paths closed. Ask again after each move until `robot` has moved. It ends where

@@ -10,7 +10,7 @@ _WIDE = 2
 
 
 class SystemIndex:
-    """The states in which each robot blocks no other, and the states that it enters on the way there.
+    """The home states of each robot, and the states on the ways between them.
 
     A state *never blocks* if a single robot visits it, or if it is left in any order and holds all its
     visitors at once. An *ender* of a state is a robot that stays there for good. A state is *passable* for
