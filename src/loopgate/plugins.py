@@ -1,4 +1,4 @@
-"""Things with a name: ``name`` or ``name:option=value,option=value``.
+"""Gates and negotiations by name, with options: ``name`` or ``name:option=value,option=value``.
 
 A name is that of an entry point, or ``file.py:Name`` for what a Python file of the user's defines. What a
 program has at hand gets such a name too, so that scenarios, sweeps and results are text throughout.
@@ -44,7 +44,7 @@ _at_hand: dict[str, Factory] = {}
 
 
 class FilePlugin(NamedTuple):
-    """A name that leads into a Python file."""
+    """A name that refers to an object in a Python file."""
 
     file: str
     """As it is written."""
@@ -53,13 +53,13 @@ class FilePlugin(NamedTuple):
 
 
 def in_file(spec: object) -> FilePlugin | None:
-    """Return the file and the rest of ``file.py:Name:option=value``; None for any other text."""
+    """Return file and rest of ``file.py:Name:option=value``; None for another text."""
     found = _IN_FILE.fullmatch(spec) if isinstance(spec, str) else None
     return FilePlugin(found["file"], found["rest"]) if found else None
 
 
 class Plugins(NamedTuple):
-    """A kind of plugin: its name in messages, its entry-point group, and its error."""
+    """A kind of plugin, such as gates: its name in messages, its entry-point group, and its error."""
 
     kind: str
     group: str
@@ -68,7 +68,7 @@ class Plugins(NamedTuple):
     """The one thing that a factory is called with, besides the options."""
 
     def name_of(self, thing: object) -> str:
-        """Return a name by which `make` finds a class or function, in other processes too if it can.
+        """Return a name by which `make` finds a class or function, in other processes too if possible.
 
         A text is a name already. What is installed has the name of its entry point, what stands at the top of
         a Python file ``file.py:Name``; anything else gets a name that only this process knows.
@@ -96,7 +96,7 @@ class Plugins(NamedTuple):
         return name
 
     def make(self, spec: str, make: Callable[[Factory, Mapping[str, object]], T]) -> T:
-        """Load the class that `spec` names and call it with the options of `spec`.
+        """Load the class that `spec` names, and call it with the options in `spec`.
 
         Raises `error` if nothing has that name, the thing has no such option, or refuses an option's value by
         a `ValueError`. Raises `PluginError` if a user's own thing raises anything else, but for errors of the
@@ -176,7 +176,7 @@ class Plugins(NamedTuple):
             raise self.error(msg) from error
 
     def from_file(self, where: FilePlugin) -> Factory:
-        """Return an object of a Python file by its name; the file is run once, unless it changes.
+        """Return an object of a Python file by its name; an unchanged file is run only once.
 
         Raises `error` if there is no such file, it fails, or it defines no such thing that can be called.
         """

@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 @contextmanager
 def refusing(file: Path | str, what: str, error: type[LoopgateError], *, wrong: str = "") -> Iterator[None]:
-    """Turn each exception inside into `error`, a line that begins with the file.
+    """Turn each exception in the ``with`` block into `error`, a line that begins with the file.
 
     Errors of the package that are such an `error` already pass through.
 
@@ -92,7 +92,7 @@ def _text(file: Path | str, what: str, error: type[LoopgateError], largest_bytes
 
 
 def decoded(content: bytes) -> str:
-    r"""Return the text of a file that a person wrote: UTF-8, or as a byte order mark says that it is.
+    r"""Return the text of a file: UTF-8, or the encoding of its byte order mark.
 
     Raises `UnicodeDecodeError` if it is neither.
 
@@ -117,7 +117,7 @@ def of_kind(kind: type[T], value: object, what: str, error: type[Exception], exp
 
 
 def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
-    """Return a path that was given as a text or a path; raise `error` for anything else."""
+    """Return a text or path as a path; raise `error` for anything else."""
     if isinstance(value, (str, os.PathLike)):
         return Path(value)
     msg = f"{what} is {shown(value)}; expected a path, as a text or a Path"
@@ -125,7 +125,7 @@ def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
 
 
 def meant(word: object, known: Iterable[str]) -> str:
-    """Return a "did you mean" question with the nearest known word; empty if none is near.
+    """Return a "did you mean" question with the nearest known word; empty if no word is near.
 
     >>> meant("vehicels", ["vehicles", "loops"]), meant("x", ["vehicles"])
     ("; did you mean 'vehicles'?", '')
@@ -135,7 +135,7 @@ def meant(word: object, known: Iterable[str]) -> str:
 
 
 def check_keys(given: Iterable[str], known: Iterable[str], what: object, error: type[Exception]) -> None:
-    """Raise an error that names the first key that is not known."""
+    """Raise an error that names the first unknown key."""
     for key in given:
         if key not in known:
             names = sorted(known)
@@ -159,7 +159,7 @@ def is_plain(text: str) -> bool:
 
 
 def shown(value: object) -> str:
-    """Return a value for a message: as Python writes it, not longer than a line."""
+    """Return a value as Python writes it, shortened to a line, for a message."""
     try:
         text = repr(value)
     except (ValueError, RecursionError):  # whole numbers of thousands of digits; lists in lists in lists
@@ -175,7 +175,7 @@ def counted(number: int, what: str) -> str:
 
 
 def listed(names: Iterable[str], most: int = 6) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names of a list, and the number of the rest."""
     every = list(names)
     more = len(every) - most
     return ", ".join(every[:most]) + (f" and {more} more" if more > 0 else "")

@@ -1,4 +1,4 @@
-"""Additional files: SUMO takes types, routes and vehicles from them too, beside all else that they hold."""
+"""The types, routes and vehicles in SUMO's additional files, besides all other content of these files."""
 
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Numbers and times as SUMO's files write them."""
+"""Numbers and times in the notation of SUMO's files."""
 
 import math
 from xml.etree import ElementTree as ET

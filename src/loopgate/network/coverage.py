@@ -21,12 +21,12 @@ class Coverage:
 
     @property
     def of_edges(self) -> float:
-        """Share of the edges, 0 to 1; 0 where there are none."""
+        """The share of edges on loops, 0 to 1; 0 if the network has none."""
         return self.visited_edges / self.edges if self.edges else 0.0
 
     @property
     def of_lane_km(self) -> float:
-        """Share of the lanes' length, 0 to 1; 0 where there are none."""
+        """The share of lane length on loops, 0 to 1; 0 if the network has none."""
         return self.visited_lane_km / self.lane_km if self.lane_km > 0.0 else 0.0
 
 

@@ -25,7 +25,7 @@ def cut_curve(points: Floats, arcs: Floats, lap_m: float, begin_m: float, end_m:
 
 
 def cut_line(points: Floats, arcs: Floats, begin_m: float, end_m: float) -> Floats:
-    """Return the part of a line between two arc lengths on it, as `cut_curve` does of a closed one."""
+    """Return the part of an open line between two arc lengths."""
     inside = (arcs > begin_m) & (arcs < end_m)
     first, last = (
         [float(np.interp(at, arcs, points[:, axis])) for axis in (0, 1)] for at in (begin_m, end_m)
@@ -34,6 +34,6 @@ def cut_line(points: Floats, arcs: Floats, begin_m: float, end_m: float) -> Floa
 
 
 def gap(lap_m: float, from_m: float, to_m: float) -> float:
-    """Return how far it is from an arc length on to another; 0 where they differ by rounding only [m]."""
+    """Return the distance from one arc length to another on a loop [m]; 0 if only rounding differs."""
     far = (to_m - from_m) % lap_m
     return 0.0 if far > lap_m - _ROUNDING_M else far

@@ -26,7 +26,7 @@ _WHY = ", since nothing else starts it"
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """Vehicles that depart one after the other."""
+    """Vehicles that depart one after another by a rule."""
 
     begin_s: float = 0.0
     end_s: float | None = None
@@ -60,7 +60,7 @@ class Flow:
         return ((k, at_s) for k, at_s in islice(numbered, most) if at_s >= since_s)
 
     def expected(self, since_s: float, run_end_s: float) -> float:
-        """Return how many depart from a time until the run ends; on average, where they do so at random."""
+        """Return the number of departures from a time to the end of the run; the mean if they are random."""
         most = inf if self.number is None else float(self.number)
         until_s = self._until_s(run_end_s)
         lasts_s = max(0.0, until_s - max(self.begin_s, since_s))

@@ -22,7 +22,7 @@ _DIMENSIONS = {2, 3}
 
 
 def first_fault(stream: IO[bytes], file: Path) -> str:
-    """Return the first element or reference of the network that makes no sense; empty if all of them do.
+    """Return the first invalid element or reference of the network; empty if there is none.
 
     Parameters
     ----------

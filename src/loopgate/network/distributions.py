@@ -69,7 +69,7 @@ def share_of(element: ET.Element, what: str) -> float:
 
 
 def refuse_nothing(shares: Iterable[float], what: str) -> None:
-    """Raise `RouteError` if nothing can be drawn by these shares."""
+    """Raise `RouteError` if all shares are 0."""
     if not any(shares):
         msg = f"{what}: nothing can be drawn from it; name something with a probability above 0"
         raise RouteError(msg)

@@ -1,4 +1,4 @@
-"""Every closed walk over edges, in a fixed order: slow where there are many, a proof where there are few."""
+"""Lists all closed walks over edges in a fixed order; complete, but slow if there are many."""
 
 import heapq
 from collections import deque

@@ -41,7 +41,7 @@ class FoundLoops:
 
 
 class LoopSearch:
-    """Distinct closed loops, one after another, none of which uses an edge twice.
+    """A search that finds distinct closed loops one after another.
 
     First random ones: a loop leads from a random edge to another by a shortest path over randomly stretched
     roads, and back the same way over edges not used yet. Where `admits` is given they prefer roads that no
@@ -92,7 +92,7 @@ class LoopSearch:
         return self._loops
 
     def result(self, loops: Sequence[Loop], count: int, *, dropped: str, ease: str = "") -> FoundLoops:
-        """Return the loops found, and where they are fewer than asked for, why that is.
+        """Return the loops found, with a warning and its reason if they are too few.
 
         `dropped` says in words which `admits` did not take, empty if none; `ease` what to do about those.
         Raises `RouteError` if there is not a single one.
@@ -189,7 +189,7 @@ class LoopSearch:
 
 
 class LoopOptions(TypedDict, total=False):
-    """Wishes for the loops to be found, besides the network and their number."""
+    """Options for the loops to find: lengths, seed, U-turns, vehicle class, edges to pass."""
 
     length_m: tuple[float, float]
     """Shortest and longest loop [m]; default 400 to 2000."""

@@ -18,7 +18,7 @@ _KEYS = ("closures", "breakdowns")
 
 @dataclass(frozen=True, slots=True)
 class Closure:
-    """An edge or lane that is closed from one time to another [s].
+    """An edge or lane that is closed between two times [s].
 
     `lane` is empty where the whole edge is closed.
     """
@@ -31,7 +31,7 @@ class Closure:
 
 @dataclass(frozen=True, slots=True)
 class Breakdown:
-    """A vehicle that stands, wherever it is, from one time to another [s]."""
+    """A vehicle that stands still between two times [s]."""
 
     vehicle: str
     from_s: float

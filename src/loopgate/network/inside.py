@@ -1,4 +1,4 @@
-"""Whether the lanes inside junctions fit the movements and requests of a network: SUMO trusts that they do.
+"""Checks that the lanes inside junctions fit the movements and requests of a network.
 
 It ends by a signal on many networks in which they do not, without a word. Nets and connections are sumolib's.
 """
@@ -35,7 +35,7 @@ def check_inside(
 
 
 def lanes_over(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
-    """Return the internal lanes of a movement, following the chain through internal junctions.
+    """Return the internal lanes of a movement, through internal junctions too.
 
     Raises `NetworkError` if the last of them does not lead to where the movement does: SUMO itself ends by a
     signal on some of such networks, without a word.

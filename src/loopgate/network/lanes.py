@@ -21,7 +21,7 @@ _ANY: Mapping[str, int] = {}
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """Passing one edge: lane on which it is entered, movement by which it is left."""
+    """One edge of a route: the lane on which a vehicle enters, and the movement by which it leaves."""
 
     enter: int
     onward: Connection
@@ -163,7 +163,7 @@ def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first:
 
 
 def check_route(network: RoadNetwork, edges: Sequence[str], *, vclass: str, what: str, closed: bool) -> None:
-    """Check that a vehicle of the class can drive over these edges, if `closed` from last to first too.
+    """Check that a vehicle class can drive over some edges in order, and round if `closed`.
 
     Raises `RouteError` if it cannot; the text begins with `what`.
     """
@@ -205,7 +205,7 @@ def _check_pair(
 
 
 def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool) -> list[Layer]:
-    """Return the choices on each edge; if not `closed`, the last edge leads nowhere."""
+    """Return the possible steps on each edge; if not `closed`, the last edge leads nowhere."""
     layers: list[Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
@@ -233,7 +233,7 @@ def _arrives(lane: Lane) -> Step:
 
 
 def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:
-    """Return the movements that vehicles of a class make: see `make_loop` for shared lanes; in file order."""
+    """Return the movements that vehicles of a class make, in file order."""
     pairs = dict.fromkeys((c.from_edge, c.to_edge) for c in network.connections)
     return [c for pair in pairs for c in _made(network, network.between(*pair, vclass))]
 
@@ -249,7 +249,7 @@ def _made(network: RoadNetwork, connections: Sequence[Connection]) -> list[Conne
 
 
 def find_costs(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, Cost]]:
-    """Return by edge and lane entered the least cost of reaching a lane of `last` after the last edge."""
+    """Return for each edge and entry lane the least cost to a lane of `last` on the last edge."""
     ahead = dict.fromkeys(last, FREE)
     costs = [ahead]
     for layer in reversed(layers):
@@ -266,7 +266,7 @@ def find_costs(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, C
 
 
 def follow(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[Step]:
-    """Return the cheapest way from lane `first`; among equal ways the rightmost."""
+    """Return the cheapest sequence of steps from lane `first`; on ties the rightmost lane."""
     lane, way = first, []
     for layer, ahead in zip(layers, costs[1:], strict=True):
         open_steps = [(cost, step) for cost, step in layer[lane] if step.onward.to_lane in ahead]
@@ -290,7 +290,7 @@ def _add(one: Cost, other: Cost) -> Cost:
 def make_spans(
     network: RoadNetwork, way: Sequence[Step], every: Sequence[Sequence[Step]]
 ) -> tuple[LaneSpan, ...]:
-    """Return the lanes of a way, each with the lanes of other steps over its edge."""
+    """Return the lanes of a sequence of steps as spans."""
     spans: list[LaneSpan] = []
     for step, steps in zip(way, every, strict=True):
         onward = step.onward

@@ -61,7 +61,7 @@ _MEANS = {
 
 
 def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False) -> tuple[str, ...]:
-    """Return a line for each kind of thing in route files that is left out.
+    """Return a line for each kind of element in route files that loopgate leaves out.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def _is_done_anyway(name: str, value: str) -> bool:
 
 
 def wayless(path: Path, led: Led) -> Iterator[str]:
-    """Say which trips are left out since there is no way between their ends."""
+    """Return a line that names the trips that are left out because no way connects their ends."""
     lost = [name for name, ways in led.items() if not any(ways.values())]
     if lost:
         yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"

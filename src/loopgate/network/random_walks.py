@@ -1,4 +1,4 @@
-"""Random closed walks over edges: quick where there are many, no proof where there are few."""
+"""Finds random closed walks over edges; quick, but not complete."""
 
 import heapq
 import random
@@ -14,7 +14,7 @@ _CROWDED = 3.0
 
 
 class RandomWalks:
-    """Random closed walks over the edges of a part of a network in which every edge leads to every other.
+    """A search for random closed walks in a strongly connected part of a network.
 
     Parameters
     ----------
@@ -37,12 +37,12 @@ class RandomWalks:
         self._via = [self._number[edge] for edge in via]
 
     def use(self, edges: tuple[str, ...]) -> None:
-        """Remember that a loop uses these edges."""
+        """Record that a loop uses some edges."""
         for edge in edges:
             self._users[self._number[edge]] += 1
 
     def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
-        """Return a closed edge-simple walk, or None if this attempt found none.
+        """Return a closed walk that uses no edge twice; None if this attempt found none.
 
         Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
         O(E log E) for the E edges within reach.

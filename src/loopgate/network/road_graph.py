@@ -1,4 +1,4 @@
-"""The graph of edges and their followers for one vehicle class; its strong components hold all loops."""
+"""The graph of edges for one vehicle class; all loops lie in its strongly connected parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Road:
-    """An edge with the way to its followers: number of the follower, metres through the junction.
+    """An edge in the graph: the numbers of its followers, and the metres through the junction.
 
     `length_m` and the metres are the least that any lane takes.
     """
@@ -24,7 +24,7 @@ class Road:
 
 @dataclass(frozen=True, slots=True)
 class RoadGraph:
-    """Edges each of which leads to every other; they go by number.
+    """A strongly connected part of the graph of edges, with numbered edges.
 
     `edges`: by number, in the network file's order.
     """
@@ -34,12 +34,12 @@ class RoadGraph:
 
     @property
     def movements(self) -> int:
-        """Number of pairs of edges of which one leads to the other."""
+        """The number of movements from edge to edge."""
         return sum(len(road.onward) for road in self.roads)
 
 
 def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tuple[RoadGraph, ...]:
-    """Return the parts of the network that hold closed walks, the largest first.
+    """Return the parts of the network that contain closed walks, the largest first.
 
     O(connections), and the order depends on the network alone.
     """

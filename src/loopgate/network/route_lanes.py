@@ -1,4 +1,4 @@
-"""The lanes that a vehicle takes on a route that it drives once, from its beginning to its end."""
+"""The lanes that a vehicle takes on a route that it drives once."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -44,7 +44,7 @@ _ANY: Mapping[str, int] = {}
 
 @dataclass(frozen=True, slots=True)
 class LaneWishes:
-    """Lanes on which a vehicle that drives once is to be, by index.
+    """The lanes on which a vehicle wants to depart and arrive, by index.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def make_route(
     change_m: float = LEAST_CHANGE_M,
     wishes: LaneWishes = _NO_WISHES,
 ) -> Loop:
-    """Make the way over these edges that is driven once: a loop that is not closed.
+    """Make an open route over edges, which vehicles drive once.
 
     Few changes of lanes, on long edges, are weighed against a lane that many others use, above all those who
     go elsewhere from it. Two-way lanes, and changes on edges too short for them, come last of all.
@@ -99,7 +99,7 @@ def make_route(
 
 
 class RouteChoices:
-    """The choices of lanes on routes, kept for routes of many vehicles.
+    """A cache of the possible lanes on routes, for many vehicles.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class RouteChoices:
         change_m: float = LEAST_CHANGE_M,
         wishes: LaneWishes = _NO_WISHES,
     ) -> Loop:
-        """Make a route: see `make_route`."""
+        """Make a route with chosen lanes: see `make_route`."""
         network, what = self._network, f"{source}: route {name}" if source else f"route {name}"
         key = tuple(edges), vclass
         if key not in self._layers:

@@ -1,4 +1,4 @@
-"""Whether the figures and references of a network make sense, so that nothing later need ask."""
+"""Checks lengths, speeds and references of a network once, so that later code can rely on them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _FEWEST_POINTS = 2
 
 
 def check_sound(network: RoadNetwork) -> None:
-    """Check lengths, speeds, widths and shapes, and that connections lead from lanes over lanes to lanes.
+    """Check lengths, speeds, widths and shapes of a network, and that connections lead from lane to lane.
 
     Raises `NetworkError` if something makes no sense; the text names the file and the lane, edge, junction or
     connection. O(size of the network).

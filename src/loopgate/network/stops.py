@@ -1,4 +1,4 @@
-"""Stops that a route file asks for, and the places of additional files that they name."""
+"""The stops in a route file, and the stopping places in additional files that they name."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ _LEAST_M = 0.1
 
 @dataclass(frozen=True, slots=True)
 class StoppingPlace:
-    """A place of an additional file: SUMO's kind, its lane, where on that it is [m], and the file."""
+    """A stopping place of an additional file: its kind, lane, position on the lane [m], and file."""
 
     kind: str
     lane: str
@@ -84,7 +84,7 @@ class StoppingPlace:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A stop of one vehicle in every round of its loop."""
+    """A stop that a vehicle makes in every round of its loop."""
 
     name: str
     """The stopping place, or the lane."""
@@ -114,11 +114,11 @@ class Stop:
 
     @property
     def edge(self) -> str:
-        """The edge it lies on."""
+        """The id of the edge of the stop."""
         return self.lane.rpartition("_")[0]
 
     def in_round(self, number: int) -> Stop:
-        """Return the stop of a round, counted from 0, as SUMO is told of it."""
+        """Return the stop of one round, counted from 0, in the form that SUMO gets."""
         later_s = number * self.cycle_s
         if not later_s:
             return self
@@ -127,14 +127,14 @@ class Stop:
         return replace(self, until_s=until_s, told=told)
 
     def at(self, depart_s: float, *, later_s: float = 0.0) -> Stop:
-        """Return the stop of a vehicle that departs at a time, or so much later than the file says [s]."""
+        """Return the stop for a vehicle that departs at a given time [s]."""
         shift_s = depart_s if self.since_depart else later_s
         once = replace(self, cycle_s=shift_s).in_round(1)
         return replace(once, cycle_s=self.cycle_s, since_depart=False)
 
 
 def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
-    """Read where additional files let vehicles stop, by name.
+    """Read the stopping places of additional files, by name.
 
     Raises `RouteError` if a file cannot be read.
     """
@@ -160,7 +160,7 @@ def read_stops(
     cycle_s: float = 0.0,
     since_depart: bool = False,
 ) -> tuple[Stop, ...]:
-    """Read ``<stop>`` elements, in their order; where they lie on a loop is for `on_loop` to say.
+    """Read ``<stop>`` elements in order; `on_loop` finds their positions on a loop.
 
     Raises `RouteError` if a stop makes no sense, or asks for something that no gate can work with; the text
     names it.
@@ -291,7 +291,7 @@ def _metres(what: str, element: ET.Element, attribute: str, default: float) -> f
 
 
 def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
-    """Return stops in the order of the loop, each with its arc length.
+    """Return stops in the order of a loop, each with its arc length.
 
     Where the loop passes an edge several times a stop is made on the first pass after the stop before it.
 
@@ -317,7 +317,7 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
 
 
 def lanes_of_stops(stops: Iterable[Stop]) -> dict[str, int]:
-    """Return for edges with stops the lane on which all of these are, by index; -1 for several, or any."""
+    """Return for each edge with stops the index of the lane with all of them; -1 if there are several."""
     lanes: dict[str, set[int]] = {}
     for stop in stops:
         on = lanes.setdefault(stop.edge, set())

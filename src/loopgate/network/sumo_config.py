@@ -24,7 +24,7 @@ _LONG = {
 
 @dataclass(frozen=True, slots=True)
 class SumoConfig:
-    """The files that a ``.sumocfg`` names, as paths that can be opened."""
+    """The files that a ``.sumocfg`` names, with paths that can be opened."""
 
     file: Path
     net_file: Path
@@ -36,7 +36,7 @@ class SumoConfig:
 
 
 def is_sumo_config(name: str | Path) -> bool:
-    """Return whether the name says that it is a SUMO configuration."""
+    """Return whether a file name is that of a SUMO configuration."""
     return Path(name).name.endswith((".sumocfg", ".sumocfg.xml"))
 
 

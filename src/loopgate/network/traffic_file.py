@@ -1,4 +1,4 @@
-"""Ordinary traffic beside the vehicles on loops: a route file or configuration that goes to SUMO as it is."""
+"""Files of ordinary traffic: a route file or configuration that SUMO gets unchanged."""
 
 import math
 import zlib
@@ -25,7 +25,7 @@ MOST_OF_SUMO = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class TrafficFile:
-    """Ordinary vehicles and persons."""
+    """A file of ordinary vehicles and persons."""
 
     file: Path
     """As it was asked for."""
@@ -40,11 +40,11 @@ class TrafficFile:
     """The flows among them, by name."""
 
     def options(self) -> list[str]:
-        """Return the SUMO options that load the route files; additional files are for the caller to join."""
+        """Return the SUMO options that load the route files, without additional files."""
         return ["--route-files", ",".join(str(file) for file in self.route_files)]
 
     def absent(self, begin_s: float, end_s: float) -> tuple[str, ...]:
-        """Warn if no vehicle departs in the time of a run; additional files are not read."""
+        """Return a warning if no vehicle departs during a run; additional files are not read."""
         if self.additional_files or any(s < end_s and until_s >= begin_s for s, until_s in self.departs_s):
             return ()
         first_s, last_s = min(s for s, _ in self.departs_s), max(until_s for _, until_s in self.departs_s)
@@ -52,7 +52,7 @@ class TrafficFile:
         return (f"{self.file}: nobody departs {when}: give a .sumocfg that begins then as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
-        """Raise `RouteError` if one of `vehicles` has the name of an ordinary vehicle."""
+        """Raise `RouteError` if a vehicle of `vehicles` has the name of an ordinary vehicle."""
         twice = next((vehicle for vehicle in vehicles if vehicle in self.ids), None)
         if twice is not None:
             msg = f"{self.file}: vehicle {twice}: a vehicle on a loop has that name too; rename one"
@@ -60,7 +60,7 @@ class TrafficFile:
 
 
 def read_traffic(file: Path | str) -> TrafficFile:
-    """Look into a route file (``.rou.xml``, also gzipped) or ``.sumocfg`` with ordinary vehicles.
+    """Read a route file (``.rou.xml``, also gzipped) or ``.sumocfg`` with ordinary vehicles.
 
     Its routes need not close, and trips may leave their ways to SUMO.
 
@@ -99,7 +99,7 @@ def _flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
 
 
 def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
-    """Return the flows in SUMO's files and their included files; a file that cannot be read is left to SUMO.
+    """Return the flows in SUMO's files and included files; unreadable files are skipped.
 
     Raises `RouteError` if an include has no name, or is endless.
     """
@@ -115,7 +115,7 @@ def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
 
 
 def check_flows(flows: Sequence[tuple[str, Flow]], begin_s: float, end_s: float, source: Path | str) -> None:
-    """Raise `RouteError` if more than `MOST_OF_SUMO` of these flows depart in a run: SUMO would make all."""
+    """Raise `RouteError` if more than `MOST_OF_SUMO` vehicles of flows depart in a run."""
     numbers = {name: flow.expected(begin_s, end_s) for name, flow in flows}
     total = sum(numbers.values())
     if total > MOST_OF_SUMO:

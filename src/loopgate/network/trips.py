@@ -1,4 +1,4 @@
-"""Vehicles that drive their route once; and trips, which are led by SUMO's own router before a run."""
+"""Vehicles that drive a route once, and trips, whose routes SUMO's own router finds before a run."""
 
 import importlib.util
 import os
@@ -62,7 +62,7 @@ def _has_way(element: ET.Element) -> bool:
 def drives_once(
     network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
 ) -> bool:
-    """Return whether some vehicle has to drive its route once, since that does not close or is to be led."""
+    """Return whether some vehicle drives its route once: the route is open, or must be found."""
     if not all(_has_way(element) for _, element in vehicles):
         return True
     routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
@@ -77,14 +77,14 @@ def drives_once(
 
 
 def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
-    """Return whether a route leads back to its beginning; an invalid route may."""
+    """Return whether a route leads back to its beginning."""
     if not edges or edges[-1] not in network.edges:
         return True
     return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
 
 
 def one_round(edges: Sequence[str]) -> tuple[str, ...]:
-    """Return one round of a route: without the first edge at its end, and without whole repetitions."""
+    """Return one round of a closed route, without repetitions."""
     once = tuple(edges[:-1]) if len(edges) > 1 and edges[0] == edges[-1] else tuple(edges)
     for length in range(1, len(once) // 2 + 1):
         if len(once) % length == 0 and once == once[:length] * (len(once) // length):
@@ -100,7 +100,7 @@ def lead_trips(
     *,
     classes: Mapping[str, Mapping[str, str]],
 ) -> Led:
-    """Return for each element that says only its ends the route that SUMO's router finds: the quickest.
+    """Return the quickest route, found by SUMO's router, of each element that names only its ends.
 
     One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
 
@@ -168,7 +168,7 @@ def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
 def ways_between(
     network: RoadNetwork, asked: Sequence[tuple[str, str, str]]
 ) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
-    """Return ways between edges that may be quicker than the quickest where roads are not empty.
+    """Return other ways between two edges, which may be quicker on full roads.
 
     `asked`: first and last edge, and vehicle class. Raises `RouteError` if SUMO's router does not work.
 

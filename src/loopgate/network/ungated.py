@@ -1,4 +1,4 @@
-"""Vehicles that drive once and that no gate can drive: SUMO drives them, as their file has them."""
+"""Vehicles that no gate can drive; they become ordinary traffic."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -21,19 +21,19 @@ _MOST_SHOWN = 20
 
 @dataclass(frozen=True, slots=True)
 class Ungated:
-    """A vehicle, trip or flow as its file has it, and why no gate can drive it."""
+    """A vehicle, trip or flow that no gate can drive, and the reason."""
 
     element: ET.Element
     why: str
 
     @property
     def id(self) -> str:
-        """Its name."""
+        """The name of the vehicle, trip or flow."""
         return self.element.get("id", "")
 
     @property
     def depart_s(self) -> float:
-        """When it departs, or begins to, by the clock [s]; 0 if that is for something else to say."""
+        """The departure time [s]; 0 if the file gives no time."""
         with suppress(ValueError):
             return seconds(self.element.get("begin" if self.element.tag == "flow" else "depart", "0"))
         return 0.0
@@ -41,13 +41,13 @@ class Ungated:
 
 @dataclass(frozen=True, slots=True)
 class UngatedFleet:
-    """All of them, with the types and routes of their files that they may need."""
+    """All vehicles of a file that no gate can drive, with types and routes that they may need."""
 
     vehicles: tuple[Ungated, ...] = ()
     demand: tuple[ET.Element, ...] = field(default=(), hash=False)
 
     def needs(self, known: Iterable[str]) -> list[ET.Element]:
-        """Return the types that are not `known` by name, and the routes that these vehicles name."""
+        """Return the types not `known` by name, and the routes, that these vehicles use."""
         if not self.vehicles:
             return []
         named = {one.element.get("route", "") for one in self.vehicles}
@@ -61,7 +61,7 @@ class UngatedFleet:
 def take_ungated(
     tops: Sequence[tuple[Path, ET.Element]], own: Sequence[tuple[Path, ET.Element]]
 ) -> UngatedFleet:
-    """Take vehicles that no gate can drive, and routes with such stops, out of files of trips.
+    """Remove vehicles that no gate can drive from files of trips, and return them.
 
     Vehicles whose routes are repeated are on loops: they stay, and are refused.
 
@@ -125,7 +125,7 @@ def _why_stop(element: ET.Element) -> str:
 
 
 def in_ordinary_traffic(source: Path | str, whys: Mapping[str, str]) -> tuple[str, ...]:
-    """Say in one line which vehicles no gate can drive, by reason."""
+    """Return a line that names the vehicles that no gate can drive, by reason."""
     if not whys:
         return ()
     by_reason: dict[str, list[str]] = {}

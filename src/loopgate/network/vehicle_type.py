@@ -1,4 +1,4 @@
-"""Vehicle types, as far as they matter to loops: length, gap, class, and whether their figures make sense."""
+"""Vehicle types of SUMO: length, gap, class, and checks of their values."""
 
 import math
 from collections.abc import Mapping
@@ -112,7 +112,7 @@ DEFAULT_TYPE = VehicleType()
 
 
 def vehicle_type(element: ET.Element, source: str) -> VehicleType:
-    """Read a ``<vType>``.
+    """Read a vehicle type from a ``<vType>`` element.
 
     Raises `RouteError` if a figure is none, or makes no sense (a length of 0, a speed that is infinite); the
     text names file, type and attribute.
@@ -142,7 +142,7 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
 
 
 def type_of_class(vclass: str, source: str) -> VehicleType:
-    """Return the type that is as SUMO has it for a class, and is called after it.
+    """Return SUMO's default type of a vehicle class, named after the class.
 
     Raises `RouteError` if SUMO has no such class.
     """

@@ -33,7 +33,7 @@ _GZIP_MAGIC = b"\x1f\x8b"
 
 
 def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> ET.Element:
-    """Parse a file and return its root element; included files stand in the place of their ``<include>``.
+    """Parse a file and its included files, and return the root element.
 
     Raises `error` if it cannot be read, or includes itself.
 
@@ -71,7 +71,7 @@ def included(file: Path) -> list[Path]:
 
 
 def check_included(file: Path, error: type[LoopgateError]) -> list[Path]:
-    """Return a file that SUMO reads by itself, and its included files.
+    """Return a file and its included files, which SUMO reads by itself.
 
     Raises `error` if one of them includes a file without a name, or itself: SUMO ends by a signal on these.
     """
@@ -134,7 +134,7 @@ def _include(top: ET.Element, within: tuple[Path, ...], what: str, error: type[L
 
 
 def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) -> None:
-    """Raise `error` unless `file` begins as an XML file with that root element; reads only its beginning."""
+    """Raise `error` unless a file begins as an XML file with a given root element."""
     with _refusing(file, what, error):
         if not file.exists():
             msg = f"{file}: there is no such file; expected a SUMO {what}"
@@ -162,13 +162,13 @@ def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractCont
 
 
 def write_xml(top: ET.Element, file: Path) -> None:
-    """Write a whole file; raise `ResultsError` if the disk does not take it."""
+    """Write an XML file; raise `ResultsError` if the disk is full or refuses it."""
     with writing(file):
         ET.ElementTree(top).write(file, encoding="utf-8", xml_declaration=True)
 
 
 def open_xml(file: Path) -> IO[bytes]:
-    """Open a file, plain or gzipped, told apart by content."""
+    """Open a plain or gzipped file; the content decides which."""
     with file.open("rb") as stream:
         zipped = stream.read(2) == _GZIP_MAGIC
     return cast("IO[bytes]", gzip.open(file)) if zipped else file.open("rb")

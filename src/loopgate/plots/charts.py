@@ -24,7 +24,7 @@ NUMBER = "format(datum.value, abs(datum.value) < 1 ? '~g' : '~s')"
 
 
 def records(table: pd.DataFrame) -> list[dict[str, Any]]:
-    """Return the rows as JSON holds them: plain numbers, None where nothing is known."""
+    """Return the rows of a table as plain values for JSON; None for missing values."""
     columns = {name: _plain(table[name]) for name in map(str, table.columns)}
     return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
@@ -74,7 +74,7 @@ def series_channels(
 
 
 def with_dashes(chart: alt.Chart, series: str) -> alt.Chart:
-    """Return the chart with the series once more, as `DASHED`: Vega-Lite makes one legend of equal values."""
+    """Return the chart with a second column of series names for dashes, so that legends stay apart."""
     return chart.transform_calculate(as_=DASHED, calculate=f"datum['{series}'] + ' '")
 
 

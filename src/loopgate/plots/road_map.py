@@ -118,7 +118,7 @@ def points(text: str) -> np.ndarray:
 
 
 def beside(line: np.ndarray, distance: float) -> np.ndarray:
-    """Return the line moved to its right, where the traffic of that direction drives."""
+    """Return a line shifted to its right, the side on which its traffic drives."""
     along = np.gradient(line, axis=0) if len(line) > 1 else np.zeros_like(line)
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)[:, None]
     moved: np.ndarray = line + distance * np.column_stack((along[:, 1], -along[:, 0])) / length

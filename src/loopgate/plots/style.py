@@ -73,7 +73,7 @@ def config(of: Any = LIGHT.__getitem__) -> dict[str, Any]:  # noqa: ANN401 - any
 
 
 def series_order(column: Iterable[object]) -> list[str]:
-    """Return the series that a column names, sorted; SUMO's rules first: others are compared with them."""
+    """Return the names of all series of a column, sorted, with SUMO's rules first."""
     return sorted({str(name) for name in column}, key=open_first)
 
 

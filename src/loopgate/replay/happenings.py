@@ -62,7 +62,7 @@ class Circle:
 
 @dataclass(slots=True)
 class Happenings:
-    """All that happened, in numbers of places, links, reasons, vehicles and steps."""
+    """All events of a run for the replay, encoded as numbers."""
 
     visits: list[TimeSpan] = field(default_factory=list)
     """Times in which a vehicle held a slot of a place."""

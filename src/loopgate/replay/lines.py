@@ -72,7 +72,7 @@ def find_lines(layout: Layout) -> DrawnLines:
 
 
 def loop_curve(layout: Layout, loop: LoopWay) -> tuple[Floats, Floats]:
-    """Return a loop's points, shape (n, 2), and the arc length of each on it [m]."""
+    """Return a loop's points, shape (n, 2), and the arc length of each point [m]."""
     points, arcs = [], []
     for span in loop.spans:
         shape = np.asarray(layout.shapes[span.lanes[0]], dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Numbers and words as one compressed text for the page."""
+"""Numbers and words of a replay, compressed into one text."""
 
 import base64
 import json
@@ -47,7 +47,7 @@ class Pack:
         return place
 
     def text(self, description: Any, report: Callable[[int, int], None] = lambda _done, _all: None) -> str:  # noqa: ANN401  any JSON
-        """Return all of it, deflated, in base64: length of the description in four bytes, it, the columns.
+        """Return the compressed content in base64: length of the description, description, columns.
 
         `report` is told how many bytes of how many are compressed.
         """

@@ -1,4 +1,4 @@
-"""One run as the replay shows it: read from its folder, described for the page."""
+"""A run as the replay shows it, read from its folder."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""Positions of every vehicle at every step, as SUMO recorded them, rounded to visible size."""
+"""The positions of all vehicles at each step, as SUMO recorded them, rounded for the screen."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -106,7 +106,7 @@ def draw_lines(
     order: float,
     **looks: Any,  # noqa: ANN401 - what matplotlib takes
 ) -> None:
-    """Draw lines, of one style or with a colour and a width each; the view stays."""
+    """Draw lines on the map, in one style or with a colour and a width for each."""
     drawn = LineCollection(lines, colors=colours, linewidths=widths, zorder=order, **looks)
     axes.add_collection(drawn, autolim=False)
 

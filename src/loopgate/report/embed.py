@@ -24,7 +24,7 @@ _SNIPPET = "window.vegaEmbed = vegaEmbed;"
 
 @cache
 def library() -> str:
-    """Return Vega, Vega-Lite and Vega-Embed as one script, without the network."""
+    """Return Vega, Vega-Lite and Vega-Embed as one script that works offline."""
     version = vl_convert.get_vegalite_versions()[-1]
     script: str = vl_convert.javascript_bundle(_SNIPPET, vl_version=version)
     return script.replace("</script", "<\\/script")

@@ -77,7 +77,7 @@ def failures(results: Results) -> TableItem | None:
 
 
 def commands(results: Results) -> dict[str, Any]:
-    """Return the command of the sweep, and one per setting that repeats its first run."""
+    """Return the command of a sweep, and for each setting the command of its first run."""
     runs = results.runs
     known = runs[runs[c.COMMAND].notna()].sort_values([c.NETWORK, c.GATE, c.VEHICLES, c.SEED], kind="stable")
     first = known.drop_duplicates([c.NETWORK, c.GATE, c.VEHICLES])

@@ -1,4 +1,4 @@
-"""The findings in words; every number in them is taken from the tables of the report."""
+"""The findings of a report in words; all numbers come from its tables."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence

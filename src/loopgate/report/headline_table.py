@@ -17,7 +17,7 @@ _WITH_INTERVALS = f"{_OF_MEANS}, in brackets its 95 % interval (Student's t)"
 
 
 def caption(means: pd.DataFrame) -> str:
-    """Return the caption for a table of `compute_mean`: brackets are told of only where there are some."""
+    """Return the caption of a table of means; it explains brackets only if there are any."""
     if means[a.LOW].notna().any():
         return _WITH_INTERVALS
     return _OF_MEANS if (means[a.RUNS] > 1).any() else _OF_ONE

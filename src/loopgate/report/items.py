@@ -80,7 +80,7 @@ class FigureItem:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """All about one network."""
+    """A section of a report: all tables and figures of one network."""
 
     network: str
     runs: pd.DataFrame
@@ -99,7 +99,7 @@ class Section:
 
 
 class Content:
-    """Collects the tables and figures of one network."""
+    """Collects the tables and figures of a section."""
 
     def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
         self.style: dict[str, Any] = {"series": SERIES, "among": names}
@@ -125,7 +125,7 @@ class Content:
         listed: bool = True,
         **options: Any,  # noqa: ANN401 - options of any kind
     ) -> pd.DataFrame:
-        """Make a table by a command, and leave it out if it has no rows. Figures refer to its name."""
+        """Add a table made by a function; a table without rows is left out."""
         command = Command(function, sources, options, where, columns)
         made = command.table(self.known)
         made.attrs["name"] = name
@@ -135,7 +135,7 @@ class Content:
         return made
 
     def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
-        """Add a figure of a table (by default the table of its name), unless the table was left out."""
+        """Add a figure of a table, unless that table was left out."""
         if (table or name) in self.tables:
             marked = f"{caption} {self._mark}." if self._mark else caption
             self.figures.append(FigureItem(name, title, marked, chart, table or name))

@@ -1,4 +1,4 @@
-"""Column names of all result tables, with units. No other module spells them."""
+"""The column names of all result tables, with units."""
 
 from enum import StrEnum
 from typing import Final

@@ -1,4 +1,4 @@
-"""The events of a run, written as they happen with bounded memory, and read back."""
+"""The events of a run: written during the run with bounded memory, and read again."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from itertools import islice
@@ -170,7 +170,7 @@ class EventFeed(Recorder):
         return fresh
 
     def read(self) -> pd.DataFrame:
-        """Return all events so far: `EVENT_COLUMNS`, the words as plain strings."""
+        """Return all events so far as a table with the columns `EVENT_COLUMNS`."""
         if self._file is not None:
             self.before()
             self._flush()

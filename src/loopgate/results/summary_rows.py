@@ -1,4 +1,4 @@
-"""The figures of one run in words, as the terminal and a notebook show them."""
+"""The figures of a run in words, for terminal and notebook."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""Make one run and return it."""
+"""Simulates a scenario and returns its results."""
 
 from contextlib import ExitStack
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The least that has to be driven to cover streets: a circulation, and one closed walk about as short.
+"""The shortest circulation that covers streets, and a closed walk of about the same length.
 
 Covering given arcs of a directed graph by one closed walk is the directed rural postman problem. Without the
 demand that the walk hangs together it is a minimum-cost circulation, a linear programme; where the answer
@@ -41,7 +41,7 @@ class Circulation:
 
 
 def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) -> Circulation:
-    """Drive over one node of each choice, as cheaply as can be.
+    """Find the cheapest circulation over one node of each choice.
 
     Parameters
     ----------

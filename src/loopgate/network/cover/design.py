@@ -207,7 +207,7 @@ def make_design(
 
 
 def coverable(network: RoadNetwork, task: CoverTask) -> list[str]:
-    """Return the edges of a task that closed walks can reach; vehicles may not be able to queue there.
+    """Return the edges that closed walks can reach; vehicles may still be unable to queue there.
 
     Raises as `make_design`, but for an empty answer.
     """
@@ -220,7 +220,7 @@ def coverable(network: RoadNetwork, task: CoverTask) -> list[str]:
 
 
 def wanted_edges(network: RoadNetwork, task: CoverTask) -> list[str]:
-    """Return the edges of a task: those given, or every edge open to its class."""
+    """Return the edges to cover: the given edges, or every edge open to the vehicle class."""
     if task.edges is None:
         return [edge.id for edge in network.edges.values() if edge.allows(task.vclass)]
     return [network.edge(edge).id for edge in dict.fromkeys(task.edges)]

@@ -1,4 +1,4 @@
-"""Shortest ways between the streets to be covered, and the edges on them."""
+"""Shortest ways between the streets to cover."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from loopgate.network.cover.lane_graph import LaneGraph
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """Shortest ways between required nodes, which go by their rank among them."""
+    """The shortest ways between the streets to cover, by their numbers."""
 
     nodes: Ints
     cost: Floats

@@ -1,4 +1,4 @@
-"""Ruin and recreate, compiled: strings of streets leave neighbouring tours and go where they cost least.
+"""Ruin and recreate, compiled: take streets out of neighbouring tours and insert them where they cost least.
 
 Schrimpf, Schneider, Stamm-Wilbrandt, Dueck, "Record breaking optimization results using the ruin and recreate
 principle", J. Comput. Phys. 159, 2000; the strings are those of Christiaens and Vanden Berghe, "Slack
@@ -178,7 +178,7 @@ def rebuild(
     longest_string: int,
     seed: int,
 ) -> tuple[Ints, Ints, Ints, Floats]:
-    """Take streets out of tours and put them in again, many times; return the best state met.
+    """Take streets out of tours and insert them again, many times; return the best tours found.
 
     Parameters
     ----------

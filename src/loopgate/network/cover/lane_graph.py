@@ -20,7 +20,7 @@ _SPARE_M = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class LaneGraph:
-    """Lanes and turns for one vehicle class; nodes and arcs go by number.
+    """The graph of lanes and turns for one vehicle class, with numbered nodes and arcs.
 
     A node is an edge as it is entered: all its neighbouring lanes together where it is long enough to change
     lanes on it, else a single lane.
@@ -47,7 +47,7 @@ class LaneGraph:
         return sorted(found, key=lambda part: (-len(part), part))
 
     def within(self, nodes: Iterable[int]) -> LaneGraph:
-        """Return the subgraph of these nodes, numbered in the same order."""
+        """Return the subgraph of some nodes, numbered in the same order."""
         kept = sorted(nodes)
         number = np.full(len(self.edges), -1)
         number[kept] = np.arange(len(kept))

@@ -1,4 +1,4 @@
-"""Streets in parts: so many streets that one search would be slow are covered part by part."""
+"""Divides a network with too many streets for one search into parts."""
 
 from __future__ import annotations
 

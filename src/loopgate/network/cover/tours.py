@@ -26,7 +26,7 @@ def assigned(cost: Floats) -> Ints:
 
 
 def joined(cost: Floats, tours: Sequence[Ints]) -> Ints:
-    """Join several tours into one by exchanging followers where it costs least, the smallest tour first."""
+    """Join several tours into one by exchanging followers where it costs least; the smallest tour first."""
     following = np.empty(sum(map(len, tours)), dtype=np.int64)
     for tour in tours:
         following[tour] = np.roll(tour, -1)

@@ -1,4 +1,4 @@
-"""How often loops are driven: vehicles for each, where they start, and how long streets wait for the next."""
+"""Vehicles on covering loops: their numbers, their starts, and the time between two visits."""
 
 import heapq
 import math
@@ -46,7 +46,7 @@ def _times_s(network: RoadNetwork, loop: Loop) -> list[float]:
 
 
 def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
-    """Give vehicles to loops so that the longest time between two on a loop is as short as can be.
+    """Distribute vehicles over loops so that the longest time between two vehicles is as short as possible.
 
     Each next one goes to the loop with the longest; weights come in as longer laps. O(n log n).
 
@@ -66,7 +66,7 @@ def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
 
 
 def vehicles_needed(laps: Sequence[float], revisit_s: float) -> tuple[int, ...]:
-    """Return how many evenly spaced vehicles each loop needs so that no street waits longer than a time."""
+    """Return the number of evenly spaced vehicles that each loop needs for a time between visits."""
     return tuple(max(1, math.ceil(lap / revisit_s - 1e-9)) for lap in laps)
 
 

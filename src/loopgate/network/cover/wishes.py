@@ -119,7 +119,7 @@ def _inside(
 
 
 def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
-    """Return how much more often than others streets are to be seen, by edge; lines ``EDGE WEIGHT``.
+    """Read weights of streets from lines ``EDGE WEIGHT``: how many times as often to visit them.
 
     Raises `RouteError` if a line is no such thing; the text names file and line.
     """

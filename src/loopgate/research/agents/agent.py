@@ -36,7 +36,7 @@ class _Branch:
 
 
 class Agent:
-    """One robot, which knows its path, which of its states are shared, its signals, and the number of robots.
+    """A robot that decides by messages; it knows its path, shared states, signals and the number of robots.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class DistributedDecision:
 
 
 def check_single(system: System) -> None:
-    """Refuse a system whose states hold several robots: the distributed algorithm is the paper's.
+    """Raise `SystemModelError` if a shared state of a system holds several robots.
 
     Raises `SystemModelError` if a shared state holds more than one robot.
     """
@@ -74,7 +74,7 @@ def check_single(system: System) -> None:
 
 
 def place(system: System, configuration: Configuration, agents: list[Agent], sensing: Sensing) -> None:
-    """Put the agents where the configuration says, and let them read their signals."""
+    """Put the agents in the states of a configuration, and let them read their signals."""
     lookahead = default_lookahead(system)
     for agent in agents:
         agent.position = configuration.positions[agent.robot]

@@ -30,7 +30,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Visit:
-    """``(r_j, <r_i, s>, RW, Index)``: the asking robot, the state it asks about, walks so far, robots left.
+    """A question to a robot about the circuits through a state: ``(r_j, <r_i, s>, RW, Index)`` in the paper.
 
     ``visited`` are the collision states of the robots of the walks, for ``S_alpha(W)``.
     """

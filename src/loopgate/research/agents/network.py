@@ -1,4 +1,4 @@
-"""A message network that can delay, drop, duplicate, and reach only so far."""
+"""A simulated network that delays, loses and duplicates messages, with a limited range."""
 
 import heapq
 import random
@@ -77,7 +77,7 @@ class MessageNetwork:
         heapq.heappush(self._queue, (arrival, self._order, message))
 
     def run(self, until: float) -> None:
-        """Deliver all messages that arrive up to the time `until`, and the answers to them."""
+        """Deliver all messages that arrive up to the time `until`, answers included."""
         while self._queue and self._queue[0][0] <= until:
             self.now, _, message = heapq.heappop(self._queue)
             receive = self._receivers.get(message.receiver)

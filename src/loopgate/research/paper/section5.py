@@ -21,7 +21,7 @@ from loopgate.research.theory.orders import order
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """A line of the comparison: quantity, printed figure, our figure, why they differ (or empty)."""
+    """A line of the comparison: quantity, printed figure, our figure, reason of a difference."""
 
     what: str
     printed: str
@@ -38,7 +38,7 @@ class Evolution:
 
 
 def at_states(system: System, states: tuple[str, ...]) -> Configuration:
-    """Return the configuration with the robots in these states, each at the first visit on its path."""
+    """Return the configuration with the robots in given states, each at its first visit there."""
     names = [[str(s) for s in robot.path] for robot in system.robots]
     return system.configuration(path.index(state) for path, state in zip(names, states, strict=True))
 

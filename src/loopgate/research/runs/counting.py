@@ -1,4 +1,4 @@
-"""Exact figures of all runs from a configuration: by dynamic programming, where no run comes back to one."""
+"""Exact figures of all runs from a configuration, by dynamic programming."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from loopgate.model import Configuration, System
 
 @dataclass(frozen=True, slots=True)
 class Runs:
-    """All runs from a configuration under a gate."""
+    """All possible runs from a configuration under a gate."""
 
     live_probability: float
     """Probability that every robot comes to its end, if at each step a robot drawn uniformly among the

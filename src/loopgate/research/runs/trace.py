@@ -32,7 +32,7 @@ class RefusedMove:
 
 @dataclass(frozen=True, slots=True)
 class TraceStep:
-    """One configuration of a run."""
+    """One step of a trace: a configuration, and the gate's answer for each robot."""
 
     step: int
     """Moves made before it."""

@@ -105,7 +105,7 @@ class Encoding:
         return Configuration(tuple(positions), queues)
 
     def positions(self, keys: Words, robot: int) -> Ints:
-        """Return where `robot` stands in configurations given by their words, one in a row."""
+        """Return the positions of `robot` in configurations given by their words, one in a row."""
         arrays = self.arrays
         found: Ints = (keys[:, arrays.word[robot]] >> arrays.shift[robot] & arrays.mask[robot]).astype(
             np.int64

@@ -1,4 +1,4 @@
-"""The configurations that a gate lets come about: one breadth-first search, which asks the gate in blocks."""
+"""All configurations that are reachable under a gate, by a breadth-first search."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -111,12 +111,12 @@ class Reach:
 
     @property
     def stuck(self) -> Flags:
-        """Whether nothing is admitted in a configuration that can be reached, though not all are through."""
+        """Whether the gate admits no move in a reachable configuration with unfinished robots."""
         stopped: Flags = (self.rank >= 0) & (self.ways == 0) & ~self._space.moves.done
         return stopped
 
     def way(self, number: int) -> list[int]:
-        """Return the robots that move on a shortest way to a configuration, the first to be found."""
+        """Return the robots that move on a shortest way to a configuration."""
         moves = self._space.moves
         robots: list[int] = []
         while number:
@@ -129,7 +129,7 @@ class Reach:
 
 
 def asking(space: StateSpace, gate: Gate) -> Ask | None:
-    """Return the function that asks `gate` about moves; None for gates that admit all."""
+    """Return a function that asks `gate` about moves; None for a gate that admits every move."""
     if type(gate) in (OpenGate, CollisionGate):  # what is derived from them decides as it likes
         return None
     return ask_gate(space, gate)

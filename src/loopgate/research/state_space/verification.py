@@ -20,7 +20,7 @@ Each = Callable[[Gate, Configuration, int], None]
 
 
 def nothing(gate: Gate, configuration: Configuration, robot: int) -> None:
-    """Do nothing with a decision."""
+    """Ignore a decision."""
     del gate, configuration, robot
 
 
@@ -217,7 +217,7 @@ def _first(
 def counterexample(
     system: System, kind: str, way: list[int], here: Configuration, robot: int
 ) -> Counterexample:
-    """Put into words that a promise is broken in `here`, by the next move of `robot` if it is one."""
+    """Describe a broken promise in the configuration `here`, or after a move of `robot`."""
     way = way if robot < 0 else [*way, robot]
     there = system.moved(here, robot) if kind == "unsafe" else here
     return Counterexample(kind, tuple(system.robots[i].id for i in way), system.describe(there))

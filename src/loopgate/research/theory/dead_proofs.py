@@ -10,7 +10,7 @@ from loopgate.research.theory.places import Places
 
 
 class Group:
-    """Some robots of a system where they stand, the others being absent."""
+    """Some robots of a system at their positions, without the other robots."""
 
     def __init__(self, places: Places, at: Mapping[int, int], order: Mapping[int, Sequence[int]]) -> None:
         self.places = places
@@ -78,13 +78,13 @@ class Group:
         return there
 
     def includes(self, other: Group) -> bool:
-        """Return whether `other` is about some of these robots, in the same places and order."""
+        """Return whether `other` consists of some of these robots, at the same positions."""
         return all(self.at.get(i) == p for i, p in other.at.items()) and all(
             [i for i in self.order[s] if i in other.at] == queue for s, queue in other.order.items()
         )
 
     def waits_for_good(self, robots: Sequence[int]) -> bool:
-        """Return whether none of `robots` can move before another of them does."""
+        """Return whether `robots` wait for each other: none can move before another one does."""
         among = set(robots)
         done = {i for i in self.at if self.wanted(i) is None}
         return bool(among) and all(self._waits(i, among, done) for i in among)
@@ -103,7 +103,7 @@ class Group:
         return stay[0] if wanted in self.order else all(stay)
 
     def drive(self, robot: int, moves: int) -> Group:
-        """Return the robots after `moves` of `robot`, which must end where it costs the others nothing."""
+        """Return the group after `moves` of `robot`, which must end where it blocks no other robot."""
         there = self
         if not 0 <= moves <= len(self.system.paths[robot]):
             msg = f"{self.system.robots[robot].id} is to move {moves} times, more than once round"
@@ -136,7 +136,7 @@ class Group:
 def follow_proof(
     places: Places, proof: Sequence[Mapping[str, Any]], there: Configuration, fail: Callable[[str], None]
 ) -> None:
-    """Check each line of `proof`; the last line must be about `there`; call `fail` with the first fault.
+    """Check each line of `proof`, up to the last line about `there`; call `fail` with the first fault.
 
     Lines are those of the certified gate's proofs: ``wait``, ``harmless`` with ``to``, or ``moves``. Each
     refers to earlier lines only, so that no claim rests on itself. O(lines * robots^2 * path).

@@ -21,7 +21,7 @@ def order(system: System, configuration: Configuration, circuit: Circuit) -> int
 
 
 class Orders:
-    """Finds orders, and remembers them.
+    """Finds the orders of deadlocks (Def. 11), and keeps them.
 
     A deadlock cycle has order 0. A circuit has order ``k`` iff (1) the one-step move of each of its movable
     robots causes a deadlock of lower order with the circuit's robots, and (2) one of these has order

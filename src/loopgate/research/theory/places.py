@@ -27,7 +27,7 @@ class Places:
         self.rest = cache(self._rest)
 
     def hinders_nobody(self, state: int) -> bool:
-        """Return whether there is always room in the state and any robot in it can leave."""
+        """Return whether a state never blocks: it always has room, and robots leave in any order."""
         system = self.system
         holds_all = state not in self._fifo and system.room[state] >= len(system.visitors[state])
         return system.private[state] or holds_all or (self._rests and self.wide(state))
@@ -57,7 +57,7 @@ class Places:
         return self.system.room[state] > len(others)
 
     def wide(self, state: int) -> bool:
-        """Return whether the state can block and holds two or more robots besides robots that end there."""
+        """Return whether a state can block and holds two or more robots, besides robots that end there."""
         ends = self._ends.get(state, [])
         holds_all = state not in self._fifo and self.system.room[state] >= len(self.system.visitors[state])
         if self.system.private[state] or holds_all:
@@ -95,7 +95,7 @@ class Places:
         return position
 
     def held(self, configuration: Configuration, place: int) -> int:
-        """Return how many robots rest in `place` or are on their way to it as their next rest."""
+        """Return the number of robots that rest in `place` or are on their way there."""
         paths = self.system.paths
         return sum(
             paths[i][self.rest_of(i, p)] == place and self.rest(i, self.rest_of(i, p))

@@ -26,7 +26,7 @@ def keeps_everyone(system: System) -> bool:
 
 
 def leaves_room_for_passers(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> bool:
-    """Return whether (S) holds for robots on these loops of places with so many slots.
+    """Return whether condition (S) holds for robots on loops over places with given slots.
 
     By Hall's theorem: iff for each two places of which one follows the other on some loop, all robots can
     stand on their loops at once with two slots of the former empty and the latter without limit. A set that

@@ -1,1 +1,1 @@
-"""The messages of `loopgate.vehicles`, looked at in every order in which they can come, or not come."""
+"""Explores the protocol of `loopgate.vehicles` with messages in every order, late or lost."""

@@ -1,4 +1,4 @@
-"""All that can come about from a start, and whether anything of it is wrong."""
+"""Explores all states of the protocol that are reachable from a start, and checks each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from loopgate.vehicles import post as posts
 
 @dataclass(slots=True)
 class Found:
-    """What came about.
+    """The findings of an exploration.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Found:
 
     @property
     def wrong(self) -> int:
-        """How many states and groups are not as they should be."""
+        """The number of wrong states and groups."""
         return self.circles + self.overfull + self.misled + self.stuck
 
 
@@ -96,7 +96,7 @@ Next = tuple[tuple[object, ...], S, bool, bool]
 
 @dataclass(slots=True)
 class Searched:
-    """How many states and steps there are, whether these are all, and in how many groups all may stay."""
+    """The result of a search: states, steps, whether complete, and groups in which all may stay."""
 
     states: int = 0
     transitions: int = 0

@@ -1,4 +1,4 @@
-"""One run among all that can happen, drawn by lot; each decision beside what the central chain rule says."""
+"""One random run of the protocol; the central chain rule checks each decision."""
 
 from __future__ import annotations
 
@@ -100,14 +100,14 @@ class Walk:
                 self.found["lost"] += 1
 
     def judge(self) -> None:
-        """Count what is wrong now."""
+        """Count all faults of the present state."""
         world = World(tuple(self.posts), tuple(self.vehicles), tuple(map(tuple, self.ground)))
         self.found["circles"] += bool(circle(world))
         self.found["overfull"] += bool(overfull(world))
         self.found["books misled"] += bool(misled(world))
 
     def goes_on(self, rounds: int = 60) -> bool:
-        """Let all messages get through from now on; return whether somebody goes within so many rounds."""
+        """Deliver all messages from now on; return whether some vehicle moves within some rounds."""
         self._loss = 0.0
         before = self.found["moves"]
         for _ in range(rounds):
@@ -212,11 +212,11 @@ class Walk:
         return self.posts[place].slots - len(self.granted[place])
 
     def first(self, place: int) -> int | None:
-        """Return who goes on first, as a central gate sees it."""
+        """Return the first vehicle in a place, as a central gate sees it."""
         return self.granted[place][0] if self.granted[place] else None
 
     def wanted(self, number: int) -> int:
-        """Return what a vehicle wants next, as a central gate sees it."""
+        """Return the next place of a vehicle, as a central gate sees it."""
         return self._wants[number]
 
     def _say(self, out: Sequence[Message], place: int = -1) -> None:

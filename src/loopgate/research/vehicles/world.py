@@ -1,4 +1,4 @@
-"""Vehicles, posts and the messages between them as one state, and all that can happen next.
+"""Vehicles, posts and messages under way as one state, with all possible next events.
 
 Any message in flight may come next, or be lost; any post may lose patience; whoever is first in line may ask,
 and ask again. So messages overtake one another, and are as late as can be.
@@ -71,7 +71,7 @@ class Step:
 def begin(
     loops: Sequence[Sequence[int]], slots: Sequence[int], lines: Sequence[Sequence[tuple[int, int]]]
 ) -> World:
-    """Return a start: in each place the loops of those in line, with their positions on these."""
+    """Return a start: for each place the loops of the vehicles in line, with their positions."""
     vehicles: list[Vehicle] = []
     ground, books = [], []
     for place, line in enumerate(lines):
@@ -87,7 +87,7 @@ def begin(
 
 
 def circle(world: World) -> list[int]:
-    """Return full places that really wait for one another in a circle; none if there are none."""
+    """Return a circle of full places that wait for each other; empty if there is none."""
     for begins, line in enumerate(world.ground):
         place, seen = begins, list[int]()
         while len(world.ground[place]) >= world.posts[place].slots and place not in seen:
@@ -99,7 +99,7 @@ def circle(world: World) -> list[int]:
 
 
 def overfull(world: World) -> list[int]:
-    """Return places in which more vehicles stand than fit, with those whose rear is still in."""
+    """Return the places with more vehicles than slots; rears still inside count."""
     there = [len(line) for line in world.ground]
     for car in world.vehicles:
         for place, _ in car.rears:
@@ -108,7 +108,7 @@ def overfull(world: World) -> list[int]:
 
 
 def misled(world: World) -> list[int]:
-    """Return places whose books lack a vehicle that stands there, or have vehicles in another order."""
+    """Return the places whose posts have a wrong line of vehicles."""
     found = []
     for post, line in zip(world.posts, world.ground, strict=True):
         last = {e.vehicle: e for e in post.line if _is_inside(world.vehicles[e.vehicle], e)}
