@@ -83,9 +83,9 @@ class Refusal(NamedTuple):
     """The reason why an abstraction cannot work with a loop."""
 
     reason: str
-    """The end of a sentence that begins with the loop."""
+    """The end of a sentence that begins with the name of the loop."""
     edge: str | None = None
-    """The edge at which, if it is one."""
+    """The edge that is the cause, if one is."""
 
 
 class RefusedLoopError(ScenarioError):

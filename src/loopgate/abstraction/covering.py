@@ -28,12 +28,12 @@ class Cover:
     """Loops that cover streets; vehicles can queue on each loop."""
 
     design: Design
-    """The streets to be covered, and the least that it takes; without the shortest ways."""
+    """The streets to cover, and lower bounds of the length."""
     loops: tuple[Loop, ...]
     left_out: dict[str, CoverReason]
     """Streets that are not covered, and why."""
     finished: bool = True
-    """Whether the search was let come to its end."""
+    """Whether the search came to its end."""
     costs: tuple[float, ...] = ()
     """Cost of each loop [m, or s by time]."""
 

@@ -26,7 +26,7 @@ class Crossing:
     touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way beyond
     the second. A foe without an entry is in the way all along."""
     speed_mps: float = math.inf
-    """Lowest speed limit on it."""
+    """Lowest speed limit on the crossing."""
     ahead_m: float = 0.0
     """How far after the ``end_m`` of the leg before it begins [m]."""
     wait_m: float = -math.inf
@@ -36,7 +36,7 @@ class Crossing:
     """The speed limits on the way there and on it: from where on [m], as above, and how much [m/s]."""
     from_lane: str = ""
     to_lane: str = ""
-    """`from_lane` and `to_lane`: the lanes from which and to which it leads."""
+    """`from_lane` and `to_lane`: the lanes before and behind the crossing."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""
@@ -86,13 +86,13 @@ class Leg:
     crossings: tuple[Crossing, ...] = ()
     """The crossings between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
     line: LanePosition = NOWHERE
-    """Where on the road ``end_m`` is: a refused vehicle is held there."""
+    """Position on the road of ``end_m``, where a refused vehicle stops."""
     guides: tuple[Guide, ...] = ()
     """Stops that keep the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
-    """The room that the longest vehicle there needs with its gap [m]; 0 where nobody queues."""
+    """Length that the longest visitor takes with its gap [m]; 0 if vehicles do not queue here."""
     away: bool = False
-    """Whether it is behind the end of a route that is driven once: never full, and not on the road."""
+    """Whether the leg is behind the end of an open route: never full, and not on the road."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +101,7 @@ class Itinerary:
 
     loop: Loop
     legs: tuple[Leg, ...] = ()
-    """One per position; ascending ``begin_m``. None for vehicles under no gate."""
+    """The legs in ascending order of ``begin_m``. None for vehicles under no gate."""
     keeps_lane: bool = False
     """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""
 
@@ -115,13 +115,13 @@ class Abstraction:
     system: System
     """Robots (vehicles), states and capacities, with the start positions."""
     itineraries: tuple[Itinerary, ...]
-    """One per robot, in the system's order; robots on the same loop share one."""
+    """One itinerary per robot, in the system's order; robots on one loop share an itinerary."""
     starts_m: tuple[float, ...]
-    """Where the front of each robot's vehicle stands at the beginning, as arc length [m] on its loop: within
-    the leg of the robot's start position, the whole vehicle on one normal lane and within that leg."""
+    """Start position of each robot's front, as arc length on its loop [m]. The whole vehicle is on one normal
+    lane, within the leg of the robot's start position."""
     warnings: tuple[str, ...] = field(default=())
-    """Lines for the user: what in the network makes this abstraction a bad fit."""
+    """Warnings for the user about a network that does not suit this abstraction."""
     later: tuple[Itinerary, ...] = ()
     """The itineraries of vehicles that join later."""
     room: Mapping[str, int] = field(default_factory=dict, hash=False)
-    """How many vehicles each state holds that these or the robots visit, by name; empty on segments."""
+    """Capacity of each state that a robot or vehicle visits, by name; empty on segments."""

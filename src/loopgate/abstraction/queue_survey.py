@@ -23,15 +23,15 @@ class PlaceSurvey:
 
     id: str
     lane: str
-    """`id` and `lane`: its state, and the lane it lies on."""
+    """`id` and `lane`: name of the place, and the lane on which it lies."""
     begin_m: float
     length_m: float
-    """`begin_m` and `length_m`: where on the lane it begins, and its length."""
+    """`begin_m` and `length_m`: position of its beginning on the lane, and its length."""
     capacity: int
     at_start: int
-    """`capacity` and `at_start`: how many vehicles it holds, and how many may start there."""
+    """`capacity` and `at_start`: number of slots, and number of vehicles that may start there."""
     loops: tuple[str, ...]
-    """Loops that visit it."""
+    """Loops that visit the place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +42,8 @@ class ConflictSurvey:
     """The other movement; its own name where vehicles that make it exclude each other."""
     begin_m: float | None
     end_m: float | None
-    """`begin_m` and `end_m`: the stretch shared with it, in metres from this movement's beginning; None for
-    all of it."""
+    """`begin_m` and `end_m`: the stretch shared with the other movement, in metres from this movement's
+    beginning; None for all of it."""
     listed: bool
     """False for movements over one junction whose conflict the request matrix does not list: only the
     geometry shows it."""
@@ -66,7 +66,7 @@ class CrossingSurvey:
     """`junction` and `stretch`: the one of the two that it leads over; the other is empty or None."""
     length_m: float
     loops: tuple[str, ...]
-    """Loops that make it."""
+    """Loops that use the crossing."""
     conflicts: tuple[ConflictSurvey, ...]
     """With other movements of the loops, by name."""
 
@@ -94,7 +94,7 @@ class QueueSurvey:
     """The result of a survey: loops, places, crossings and slots."""
 
     itineraries: tuple[Itinerary, ...]
-    """The loops that work, in the order given, and how they are cut."""
+    """The loops that work, in the given order, with their places and crossings."""
     places: tuple[PlaceSurvey, ...]
     crossings: tuple[CrossingSurvey, ...]
     joined: tuple[JoinedLane, ...]
@@ -102,7 +102,7 @@ class QueueSurvey:
     refused: tuple[RefusedLoop, ...]
     """The loops that do not work, in the order given."""
     even: int
-    """How many vehicles can start if the loops get them in turn."""
+    """Number of vehicles that can start if they are dealt to the loops in turn."""
 
     @property
     def loops(self) -> tuple[Loop, ...]:

@@ -14,13 +14,13 @@ class LoopSurvey:
     loop: str
     length_m: float
     states: int
-    """Positions on its path."""
+    """Number of positions on the loop's path."""
     visits: int
     """Positions that are shared states."""
     shared_m: float
     """Length in shared states [m]."""
     meets: tuple[str, ...]
-    """Loops with which it shares a state."""
+    """Other loops with a common state."""
 
     @property
     def shared(self) -> float:
@@ -34,9 +34,9 @@ class ZoneSurvey:
 
     state: StateId
     loops: tuple[str, ...]
-    """Loops that visit it."""
+    """Loops that visit the state."""
     visits: int
-    """How often they do, in one round of each."""
+    """Number of visits in one round of each loop."""
     length_m: float
     """Length of all visits together [m]."""
 

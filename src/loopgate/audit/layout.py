@@ -58,10 +58,10 @@ class LoopLeg:
     state: str
     begin_m: float
     end_m: float
-    """`begin_m` and `end_m`: arc length on the loop [m]."""
+    """`begin_m` and `end_m`: arc lengths on the loop [m] between which the state lies."""
     crossings: tuple[tuple[str, Mapping[str, Stretch | None]], ...] = ()
-    """For each movement from this state to the next, its foes, each with the arc lengths [m] on this loop
-    between which the two can touch; None where a foe is in the way all along."""
+    """For each movement to the next state its foes, each with the arc lengths [m] on this loop between which
+    the two can touch; None if they can touch everywhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ class Layout:
 
     step_s: float
     room: Mapping[str, int]
-    """How many vehicles a shared state holds, by its name."""
+    """Capacity of each shared state, by its name."""
     loops: Mapping[str, LoopWay]
     vehicles: Mapping[str, VehicleBody]
     movements: Mapping[str, tuple[str, ...]]
@@ -102,9 +102,9 @@ class Layout:
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
     """Centre lines of lanes [m], by lane."""
     heights: Mapping[str, float] = field(default_factory=dict)
-    """How high lanes lie in the middle [m]; none where the network is flat."""
+    """Mean height of each lane [m]; empty if the network is flat."""
     unregulated: tuple[str, ...] = ()
-    """Lanes that lead to a junction without right of way: inside it SUMO keeps nobody apart."""
+    """Lanes that lead to a junction without right of way, inside which SUMO does not keep vehicles apart."""
 
 
 def write_layout(layout: Layout, file: Path) -> None:

@@ -12,11 +12,11 @@ class Reason(StrEnum):
     """The reason why a gate admitted or refused a move; traces and summaries contain these words."""
 
     FREE = "free"
-    """Admitted: no rule of the gate speaks against it."""
+    """Admitted: no rule of the gate refuses the move."""
     STAYS = "stays"
     """Refused: the robot has no next state."""
     BEHIND = "behind"
-    """Refused: another robot stands before it in its FIFO state."""
+    """Refused: another robot is ahead in the FIFO state."""
     OCCUPIED = "occupied"
     """Refused: the next state is full."""
     CROSSING = "crossing"
@@ -28,23 +28,23 @@ class Reason(StrEnum):
     DEADLOCK = "deadlock"
     """Refused: the move would cause a deadlock, or may lead to one."""
     RESERVE = "reserve"
-    """Refused for now by the negotiation, which keeps room free; it yields as the wait grows."""
+    """Refused for now by the negotiation, which keeps room free; the reserve shrinks as the robot waits."""
     SERVICE = "service"
-    """Refused for now: the next state or the way is kept for the one that must move next, so that a vehicle
-    that has waited for long goes on."""
+    """Refused for now: the next state or the way is kept for another vehicle, which must move so that a
+    vehicle with a long wait goes on."""
     SPACING = "spacing"
-    """Refused for some seconds: it is ahead of the middle between its neighbours on its loop."""
+    """Refused for some seconds: the vehicle is ahead of the middle between its neighbours on the loop."""
     NEGOTIATION = "negotiation"
     """Refused for now: another robot won the negotiation."""
     BUDGET = "budget"
     """Refused: the gate could not decide within its budget."""
     FAULT = "fault"
-    """Refused: what the gate found did not pass its own check. A fault of ours; please report it."""
+    """Refused: the witness failed the gate's own check. This is a bug; please report it."""
     STOP = "stop"
-    """Refused for now: it is to stop before it gets there, as its route says or its owner; or behind one that
-    is to stop in the next state there is no room yet."""
+    """Refused for now: the vehicle has a stop before the next state, or there is no room behind a vehicle
+    that stops there."""
     ANSWER = "answer"
-    """Refused for now: vehicles decide by messages, and no answer has come that lets it go."""
+    """Refused for now: vehicles decide by messages, and no granting answer has come."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,8 @@ class Configuration(NamedTuple):
     """The positions of all robots of a system, and their order within FIFO states."""
 
     positions: tuple[int, ...]
-    """``positions[i]`` is the index on its path of robot ``i``, so that a state that comes back in a round
-    counts once per visit."""
+    """``positions[i]`` is the index on its path of robot ``i``; each visit of a state in one round is a
+    position of its own."""
     queues: tuple[tuple[int, ...], ...] = ()
     """For each FIFO state, in the order of ``System.fifo_states``, the robots in it, head first. Empty for
     systems without FIFO states."""

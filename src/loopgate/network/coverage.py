@@ -17,7 +17,7 @@ class Coverage:
     class."""
     visited_edges: int
     visited_lane_km: float
-    """`visited_edges` and `visited_lane_km`: how much of them lies on some loop."""
+    """`visited_edges` and `visited_lane_km`: the edges, and their lane length, that lie on loops."""
 
     @property
     def of_edges(self) -> float:

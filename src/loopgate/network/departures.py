@@ -30,12 +30,12 @@ class Flow:
 
     begin_s: float = 0.0
     end_s: float | None = None
-    """`begin_s` and `end_s`: from when and until when they depart [s]; `end_s` is None for the end of the
+    """`begin_s` and `end_s`: first and last time of departures [s]; `end_s` is None for the end of the
     run."""
     number: int | None = None
-    """How many there are; None for as many as depart until the end."""
+    """Number of departures; None for no limit."""
     period_s: float | None = None
-    """Time between two [s]; None for as much as `number` of them have until the end."""
+    """Time between two departures [s]; None to spread `number` departures up to the end."""
     rate_per_s: float | None = None
     """How many depart in a second on average, at random (a Poisson process), instead of every period."""
     probability: float | None = None

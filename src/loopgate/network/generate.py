@@ -33,9 +33,9 @@ class FoundLoops:
     """The loops that were found, and a warning if they are fewer than asked for."""
 
     loops: tuple[Loop, ...]
-    """As many as were asked for, or as there are."""
+    """The loops found; at most as many as asked for."""
     shortfall: str = ""
-    """One line: how many of how many, and whether there are more; empty if nothing is missing."""
+    """A line that says how many loops were found of how many, and why; empty if none is missing."""
     way_out: str = ""
     """Advice on how to get more; empty if nothing is missing."""
 
@@ -202,7 +202,7 @@ class LoopOptions(TypedDict, total=False):
     via: Sequence[str]
     """Edges that each loop has to lead over; default none."""
     admits: Callable[[Loop], bool] | None
-    """Asked of every new loop, as for `LoopSearch`; default: all are taken."""
+    """Function that accepts or refuses each new loop; default: every loop is accepted."""
 
 
 def find_loops(

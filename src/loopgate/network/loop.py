@@ -35,20 +35,20 @@ class LaneSpan:
     edge: str
     lane: int
     lane_id: str
-    """`edge`, `lane` and `lane_id`: SUMO's names; the lane index is that of the lane on which the vehicle
-    leaves the edge."""
+    """`edge`, `lane` and `lane_id`: SUMO's names; `lane` is the index of the lane on which the vehicle leaves
+    the edge."""
     internal: bool
-    """Whether it lies inside a junction; `edge` is then the internal edge."""
+    """Whether the lane lies inside a junction; `edge` is then the internal edge."""
     begin_m: float
     end_m: float
     """`begin_m` and `end_m`: arc length on the loop at the beginning and the end of the lane."""
     lane_ids: tuple[str, ...]
-    """Lanes the vehicle may be on, `lane_id` first. More than one where it has to change lanes or could as
-    well take another lane (`changes`)."""
+    """Lanes on which the vehicle may be, `lane_id` first. More than one lane if the vehicle may change lanes
+    (`changes`)."""
     shapes: tuple[Points, ...]
-    """Centre lines of these lanes."""
+    """Centre lines of `lane_ids`."""
     entered: int | None = None
-    """Index of the lane on which the vehicle comes onto it; None if that is `lane`."""
+    """Index of the lane on which the vehicle enters; None if that is `lane`."""
 
     @property
     def lane_in(self) -> int:

@@ -15,17 +15,18 @@ class Lane:
     index: int
     """SUMO's names: ``id`` is ``edge_index``; index 0 is the rightmost lane."""
     internal: bool
-    """Whether it lies inside a junction."""
+    """Whether the lane lies inside a junction."""
     length_m: float
-    """SUMO's length, by which vehicles drive; it can differ from the length of the drawn shape."""
+    """SUMO's length of the lane; it can differ from the length of the drawn shape."""
     speed_mps: float
     width_m: float
     shape: Points
     """Centre line as drawn."""
     allowed: frozenset[str]
-    """Vehicle classes that may use it."""
+    """Vehicle classes that may use the lane."""
     two_way: bool = False
-    """Whether a lane of the opposite edge lies on it (SUMO's ``bidi``), as with a track in a street."""
+    """Whether a lane of the opposite edge lies on the same ground (SUMO's ``bidi``), as a track in a
+    street."""
     heights: tuple[float, ...] = ()
     """Height of each point of the shape [m]; none where the network is flat."""
 
@@ -37,7 +38,7 @@ class Edge:
     id: str
     from_junction: str
     to_junction: str
-    """`from_junction` and `to_junction`: where it begins and ends."""
+    """`from_junction` and `to_junction`: the junctions at the edge's beginning and end."""
     lanes: tuple[Lane, ...]
     """From right to left."""
     street: str = ""
@@ -63,15 +64,15 @@ class Connection:
     to_lane: int
     """`from_edge`, `from_lane`, `to_edge` and `to_lane`: edges and lane indices."""
     via: tuple[str, ...]
-    """Ids of the internal lanes in driving order: one, or two where a vehicle could wait inside the junction,
-    or none in a network without internal lanes."""
+    """Ids of the internal lanes in driving order: one; two if vehicles can wait inside the junction; none in
+    a network without internal lanes."""
     direction: str
     """SUMO's letter: ``s`` straight, ``l`` left, ``r`` right, ``L``, ``R`` partly, ``t`` U-turn."""
     junction: str
     link: int
-    """Row of the junction's request matrix; -1 where there is none."""
+    """Row of the junction's request matrix; -1 if there is none."""
     signal: tuple[str, int] | None
-    """Traffic light and its link, or None."""
+    """Name of the traffic light and index of the link; None without a light."""
 
     @property
     def id(self) -> str:

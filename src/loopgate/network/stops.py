@@ -93,22 +93,22 @@ class Stop:
     lane: str
     start_m: float
     end_m: float
-    """`start_m` and `end_m`: between these the front has to stand [m]; a vehicle drives to the end."""
+    """`start_m` and `end_m`: the front must stand between these positions [m]; vehicles drive to `end_m`."""
     duration_s: float = 0.0
     until_s: float | None = None
-    """Until when it stands in the first round [s]; None for no such time."""
+    """End of the stop in the first round [s]; None for no such time."""
     cycle_s: float = 0.0
     """By how much that grows from round to round [s]."""
     since_depart: bool = False
     """Whether `until_s` is counted from the vehicle's departure."""
     triggers: tuple[str, ...] = ()
-    """Kinds of things that have to come aboard before it goes on: ``person``, ``container``."""
+    """What the vehicle waits for before it goes on: ``person``, ``container``."""
     parks: bool = False
-    """Whether it stands beside the lane."""
+    """Whether the vehicle stands beside the lane."""
     told: tuple[tuple[str, str], ...] = ()
-    """More attributes, as SUMO has them."""
+    """Further attributes, passed on to SUMO unchanged."""
     any_lane: bool = False
-    """Whether only its edge was named: it is made on the lane that is driven there."""
+    """Whether the file names only the edge; the stop is then on the lane of the loop."""
     arc_m: float = 0.0
     """Where the front stands, as arc length on the loop [m]."""
 

@@ -32,7 +32,7 @@ class SumoConfig:
     additional_files: tuple[Path, ...]
     """`route_files` and `additional_files`: possibly none."""
     options: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """All else that it says, by name, as it is written there."""
+    """All other options of the configuration, by name, unchanged."""
 
 
 def is_sumo_config(name: str | Path) -> bool:

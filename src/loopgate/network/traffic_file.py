@@ -28,16 +28,16 @@ class TrafficFile:
     """A file of ordinary vehicles and persons."""
 
     file: Path
-    """As it was asked for."""
+    """The path as given."""
     route_files: tuple[Path, ...]
     additional_files: tuple[Path, ...]
-    """`route_files` and `additional_files`: what SUMO has to load."""
+    """`route_files` and `additional_files`: the files for SUMO to load."""
     ids: frozenset[str]
     """Names of vehicles, trips and flows."""
     departs_s: tuple[tuple[float, float], ...]
-    """When each of them departs, or a person, at the earliest and the latest [s]."""
+    """Earliest and latest departure of each vehicle or person [s]."""
     flows: tuple[tuple[str, Flow], ...] = ()
-    """The flows among them, by name."""
+    """The names of the flows."""
 
     def options(self) -> list[str]:
         """Return the SUMO options that load the route files, without additional files."""

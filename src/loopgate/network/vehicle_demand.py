@@ -24,25 +24,26 @@ class VehicleDemand:
     loop: Loop
     type: VehicleType
     depart_m: float | None = None
-    """Where its front stands when it departs, as arc length on its loop [m], if the file says so by a number
-    (``departPos``, with ``departEdge``)."""
+    """Position of the front at the departure, as arc length on the loop [m], if the file has a number for
+    ``departPos``."""
     depart_s: float = 0.0
     flow: Flow | None = None
-    """`depart_s` and `flow`: when it departs [s]; for a flow, when its vehicles do."""
+    """`depart_s` and `flow`: time of the departure [s]; for a flow, the rule of its departures."""
     edge: int = 0
-    """Number of the edge on which it departs, on its loop."""
+    """Index on the loop of the edge on which the vehicle departs."""
     stops: tuple[Stop, ...] = ()
-    """Where it stops in every round, in the order of the loop."""
+    """The vehicle's stops in every round, in the order of the loop."""
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """`attributes` and `parameters`: what else SUMO is told of it, as the file has it, and its ``<param>``
-    elements by key."""
+    """`attributes` and `parameters`: further attributes, and ``<param>`` elements by key, passed on to
+    SUMO."""
     types: tuple[tuple[VehicleType, float], ...] = ()
-    """The types from which its own is drawn, with shares; `type` is the first. Empty if none is drawn."""
+    """The types from which the vehicle's type is drawn, with shares; `type` is the first. Empty if no type is
+    drawn."""
     ways: tuple[tuple[VehicleDemand, float], ...] = ()
-    """The same for its route: itself on each, with shares."""
+    """The same vehicle on each route from which its route is drawn, with shares."""
     vclass: str = ""
-    """The class of vehicles that it has to be of on this way; empty for all."""
+    """The vehicle class that the route requires; empty for any class."""
 
     @property
     def once(self) -> bool:
@@ -102,25 +103,25 @@ class RoutesFile:
 
     file: Path
     loops: tuple[Loop, ...]
-    """One per route, in the file's order."""
+    """The loops of the file's routes, in the file's order."""
     vehicles: tuple[VehicleDemand, ...]
-    """Vehicles and flows on them, in the file's order; possibly none."""
+    """Vehicles and flows on the loops, in the file's order; may be empty."""
     types: dict[str, VehicleType]
-    """The vehicle types that it and its additional files define, by id."""
+    """The vehicle types of the file and its additional files, by id."""
     default: VehicleType = DEFAULT_TYPE
-    """That of vehicles of which no type is said: the first of the file itself, else SUMO's."""
+    """The type of vehicles without a type: the file's first type, otherwise SUMO's default."""
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
-    """Of routes, by loop: those of whoever drives on it."""
+    """The stops of routes, by loop; all vehicles of a loop make them."""
     stop_files: tuple[Path, ...] = ()
-    """The additional files that stops name places of."""
+    """The additional files with stopping places."""
     vehicle_files: tuple[Path, ...] = ()
-    """The additional files that hold some of its vehicles."""
+    """The additional files that contain vehicles of `vehicles`."""
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
-    """The vehicles that drive once and that no gate can drive, which are none of `vehicles`."""
+    """The vehicles on trips that no gate can drive; `vehicles` does not contain them."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
-    """`left_out` and `left_out_of_routes`: what the file says that is not taken over, a line for each kind of
-    thing; and without what it says of its vehicles, for those who put others on its loops."""
+    """`left_out` and `left_out_of_routes`: elements that loopgate ignores, a line for each kind; in all, and
+    without elements of vehicles."""
 
     def __repr__(self) -> str:
         return f"<RoutesFile {self.file}: {len(self.loops)} loops, {len(self.vehicles)} vehicles and flows>"

@@ -78,13 +78,12 @@ class VehicleType:
     id: str = "DEFAULT_VEHTYPE"
     length_m: float = 5.0
     min_gap_m: float = 2.5
-    """`length_m` and `min_gap_m`: length of the vehicle, and the gap it leaves to the one before it when
-    standing."""
+    """`length_m` and `min_gap_m`: length of the vehicle, and gap to the vehicle ahead when standing."""
     vclass: str = "passenger"
     attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
     parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
-    """`attributes` and `parameters`: all that the file says about the type, as SUMO writes it, and its
-    ``<param>`` elements by key."""
+    """`attributes` and `parameters`: all attributes of the type in the file, and its ``<param>`` elements by
+    key."""
 
     @property
     def needed_m(self) -> float:

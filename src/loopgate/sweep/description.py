@@ -60,11 +60,11 @@ class Point:
     key: str
     """Hash of the scenario and of the content of its files; their location does not count."""
     scenario: Mapping[str, Any]
-    """As asked for; files by the path or name that was written."""
+    """Scenario keys and values as given; files by the path or name as written."""
     hashes: Mapping[str, str]
-    """For each key of the scenario whose value may be a file, what identifies its content."""
+    """Identity of the content of each file that the scenario names, by key."""
     files: Mapping[str, Path]
-    """For each key whose value is a file or names a thing in one, where the file is."""
+    """Path of each file that the scenario names, by key."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,13 +42,13 @@ class Progress:
     """The progress of a sweep: runs done, failed and left."""
 
     total: int
-    """Runs of the sweep."""
+    """Number of all runs of the sweep."""
     present: int
-    """Runs whose row existed before."""
+    """Number of runs whose row existed before."""
     done: int
-    """Runs made now, failed runs included."""
+    """Number of runs made now, failed runs included."""
     failed: int
-    """Failed runs made now."""
+    """Number of failed runs made now."""
     seconds: float
     """Wall time so far [s]."""
 

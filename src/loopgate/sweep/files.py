@@ -17,7 +17,7 @@ class NamedFile:
     """A value of a scenario that may be a file."""
 
     identity: str
-    """SHA-256 of the file's content; for a name, the name and the version of what it comes from."""
+    """SHA-256 of the file's content; for a name in a package, the name and the package's version."""
     path: Path | None
     """The file, or None for a name that every machine resolves for itself."""
 

@@ -61,7 +61,7 @@ class Task:
     """Names of the files for a command on the machine on which the sweep was started."""
     attempt: int = 1
     keep: Path | None = None
-    """Folder in which to keep the run; None removes it once its row is made."""
+    """Folder in which to keep the run; None to remove the run after its row is made."""
     seal: str = ""
     """The hash of `MANIFEST` in the folder of results, where the worker has to see that folder (`keep`)."""
     code: str = ""

@@ -28,7 +28,8 @@ class LivenessProof(ABC):
     """The evidence for one promise, by which moves are decided."""
 
     for_everyone = True
-    """Whether everyone can go on for ever, or else somebody can always move."""
+    """Whether the promise is that every robot can go on for ever; otherwise that some robot can always
+    move."""
 
     def __init__(self, layout: SystemIndex) -> None:
         self.layout = layout

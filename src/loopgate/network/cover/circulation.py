@@ -35,7 +35,7 @@ class Circulation:
     """Streets driven."""
 
     nodes: tuple[int, ...]
-    """For each choice of nodes one that is visited."""
+    """One visited node for each choice of nodes."""
     walks: tuple[tuple[int, ...], ...]
     """Closed walks, as nodes in driving order, that visit all of them; one if it hangs together."""
 

@@ -33,9 +33,9 @@ class CoverTask:
     """The streets; every edge open to the class if None."""
     vclass: str = "passenger"
     u_turns: bool = False
-    """`vclass` and `u_turns`: who drives, and whether it may turn round at junctions."""
+    """`vclass` and `u_turns`: the vehicle class, and whether vehicles may turn round at junctions."""
     either_way: bool = False
-    """Whether one of the two directions of a street is enough."""
+    """Whether one direction of a street is enough."""
     both_sides: tuple[str, ...] = ()
     """With `either_way`, edges of streets of which both directions are to be covered all the same."""
     longest: float = math.inf
@@ -43,7 +43,7 @@ class CoverTask:
     by_time: bool = False
     """Whether loops are to be short in seconds at the speeds allowed, not in metres."""
     depots: tuple[str, ...] = ()
-    """Edges of which every loop passes at least one, the nearest; none if empty."""
+    """Depot edges; every loop passes the nearest one. Empty for none."""
     around: frozenset[str] | None = None
     """Edges that loops may use; all edges if None."""
     change_m: float = LEAST_CHANGE_M

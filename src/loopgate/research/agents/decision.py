@@ -51,7 +51,7 @@ class DistributedDecision:
     admitted: bool
     """Whether the robot may move, as far as deadlocks go; a missing answer means no."""
     outcome: Outcome
-    """How its agent sees it."""
+    """The outcome as the asking agent sees it."""
     messages: dict[Kind, int]
     """Copies sent, by kind."""
     hops: int

@@ -23,11 +23,11 @@ class RefusedMove:
     reason: Reason
     """The gate's reason, or ``NEGOTIATION`` for a robot that was admitted while another moved."""
     detail: str
-    """The same for people: who occupies the state, or the deadlock's order and circuit."""
+    """The reason for people: the robots in the next state, or the deadlock's order and circuit."""
     order: int | None = None
-    """Order of the deadlock that the move would cause (Def. 11), where it is one."""
+    """Order of the deadlock that the move would cause (Def. 11), if it would."""
     circuit: tuple[RobotId, ...] = ()
-    """Its robots."""
+    """The robots of that deadlock."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +35,13 @@ class TraceStep:
     """One step of a trace: a configuration, and the gate's answer for each robot."""
 
     step: int
-    """Moves made before it."""
+    """Number of moves made before."""
     configuration: tuple[StateId, ...]
     admitted: tuple[RobotId, ...]
     """The robots that the gate admits."""
     refused: dict[RobotId, RefusedMove]
-    """The others, and the admitted ones that lost the negotiation for this step; a robot that stays for good
-    is left out."""
+    """The other robots, admitted robots that lost the negotiation included; robots that stay for good are
+    left out."""
     moved: RobotId | None
     """The robot that moves next; None at the end."""
 
