@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import libsumo
 import pytest
 
 import loopgate
 from loopgate.errors import ScenarioError, TrafficError
+from loopgate.simulation.attaching.joining_queue import JoiningQueue
 
 pytestmark = pytest.mark.sumo
 
@@ -254,6 +256,31 @@ def test_vehicles_are_led_round_a_street_that_is_told_to_be_closed(gate: loopgat
     assert gate.summary["standing"]["led_round"] > 0
     gate.free(street)
     assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_ways_that_could_not_be_laid_are_laid_later(
+    gate: loopgate.Attached, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Places cannot move while a vehicle stands across two of them; when it drives on, ways are laid."""
+    asked, lay = [], JoiningQueue.lay
+
+    def only_if_all_settle(queue: JoiningQueue, ways: Sequence[Any], *, all_settle: bool) -> bool:
+        asked.append(all_settle)
+        return all_settle and lay(queue, ways, all_settle=all_settle)
+
+    monkeypatch.setattr(JoiningQueue, "lay", only_if_all_settle)
+    street = get.getRoute("v2")[get.getRouteIndex("v2") + 4]
+    while not get.getRoadID("v1").startswith(":"):
+        steps(gate, 1)
+    get.setSpeed("v1", 0.0)
+    gate.block("v1", street)
+    steps(gate, 20)
+    assert asked == [False]
+    gate.free("v1")
+    get.setSpeed("v1", -1.0)
+    steps(gate, 150)
+    assert asked == [False, True]
+    assert gate.summary["standing"]["led_round"] > 0
 
 
 @pytest.mark.parametrize("leaves", [False, True])

@@ -85,6 +85,8 @@ class OwnersContainment:
         """By the name of each detour the loop that it is a detour of."""
         self._avoided: set[AbstractSet[str]] = set()
         """The edges round which ways have been looked for."""
+        self._unlaid: set[AbstractSet[str]] = set()
+        """Of these, the edges whose ways could not be laid while a standing vehicle held two places."""
         self._into = edges_into(network)
         self._plan = queue.plan
         self._next_s = 0.0
@@ -168,6 +170,11 @@ class OwnersContainment:
 
     def _find_ways(self) -> None:
         """Find and lay ways round everything that has come to stand since the last call."""
+        members = self._queue.fleet.members
+        settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
+        if settle:
+            self._avoided -= self._unlaid
+            self._unlaid.clear()
         fresh = [edges for edges in dict.fromkeys(self._stand_on()) if edges not in self._avoided]
         if not fresh:
             return
@@ -190,9 +197,10 @@ class OwnersContainment:
                 loop = replace(loop, id=f"{loop.id}~")
             laid.append((loop, one.type))
             own[loop.id] = of
-        members = self._queue.fleet.members
-        settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
-        if not laid or not self._queue.lay(laid, all_settle=settle):
+        if not laid:
+            return
+        if not self._queue.lay(laid, all_settle=settle):
+            self._unlaid.update(fresh)
             return
         self._own |= own
         for route, edges in (pair for loop, _ in laid for pair in round_routes(loop).items()):
