@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any, cast
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.build import places_on
-from loopgate.drive.codes import NOBODY
+from loopgate.drive.codes import NOBODY, NOTHING, STOPPING
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
@@ -34,6 +35,8 @@ class ChangingEngine(Engine):
 
     _shut = False
     """Whether any state is shut."""
+    _withheld: AbstractSet[str] = frozenset()
+    """The vehicles that get no grant."""
 
     @property
     def keeper(self) -> Gatekeeper:
@@ -141,6 +144,16 @@ class ChangingEngine(Engine):
             self.run["version"] += 1
             cast("Any", self.tables.states)["shut"][:] = self._shut = False
 
+    def withhold(self, vehicles: AbstractSet[str]) -> None:
+        """Grant nothing to these from now on, and again to those that were named in the call before."""
+        drivers = self.driver_of
+        for vehicle in (self._withheld - vehicles) & drivers.keys():
+            if drivers[vehicle].row["withheld"] == STOPPING:
+                drivers[vehicle].row["withheld"] = NOTHING
+        for vehicle in vehicles:
+            drivers[vehicle].row["withheld"] = STOPPING
+        self._withheld = vehicles
+
     def wait_outside(self, numbers: Mapping[str, int]) -> None:
         """Take note of how many wait to depart into each state: they count as queues there."""
         outside = cast("Any", self.tables.states)["outside"]
@@ -148,7 +161,7 @@ class ChangingEngine(Engine):
         for state, waiting in numbers.items():
             outside[self._number_of(state)] = waiting
 
-    def turn_off(self, driver: Driver, track: Track, position: int) -> bool:
+    def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
         """Lead a vehicle on by another way from its place on; return whether it can be done now.
 
         It can where it holds that place and nothing else, and does not wait to move out of others' way; and
@@ -156,8 +169,6 @@ class ChangingEngine(Engine):
 
         Parameters
         ----------
-        driver
-            The vehicle.
         track
             On one of the ways that are laid.
         position
@@ -168,7 +179,8 @@ class ChangingEngine(Engine):
         TrafficError
             If the simulator does not take the way.
         """
-        row, keeper = driver.row, self.keeper
+        driver, keeper = self.driver_of[vehicle], self.keeper
+        row = driver.row
         if not keeper.in_place or not driver.settled or driver.id in self.beside:
             return False
         if row["steered"] or row["going"] or row["mover"]:
@@ -200,6 +212,10 @@ class ChangingEngine(Engine):
     def line(self, state: str) -> list[Driver]:
         """Return the vehicles whose last grant is a state, first one first."""
         return [self.drivers[robot] for robot in self.keeper.line(self._number_of(state))]
+
+    def slots(self, state: str) -> int:
+        """Return how many vehicles a state holds."""
+        return self.keeper.slots(self._number_of(state))
 
     def _state_of(self, driver: Driver) -> int:
         """Return the number of the state of a vehicle's last grant."""
@@ -274,8 +290,9 @@ class ChangingEngine(Engine):
         """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
         return self.keeper.by_chain
 
-    def wait_for_nothing(self, driver: Driver) -> None:
+    def wait_for_nothing(self, vehicle: str) -> None:
         """Let a vehicle stand where it is and ask for nothing, held by nobody, until `wait_again`."""
+        driver = self.driver_of[vehicle]
         row, now = driver.row, self._traffic.now_s
         if row["pending"]:
             row["longest_s"] = driver.worst_wait_s(now)
@@ -288,17 +305,23 @@ class ChangingEngine(Engine):
         row["stop_m"] = driver.front_m
         self.run["version"] += 1
 
-    def wait_again(self, driver: Driver) -> None:
+    def call_back(self, vehicle: str) -> None:
+        """Let a vehicle that waits for nothing drive on as soon as it is back on the road."""
+        self.driver_of[vehicle].row["stop_m"] = np.inf
+
+    def wait_again(self, vehicle: str) -> None:
         """Let a vehicle ask in its turn again."""
+        driver = self.driver_of[vehicle]
         driver.row["stop_m"], driver.row["asking"] = np.inf, True
         self._let_first_ask(self._state_of(driver))
         self.answer()
 
-    def step_aside(self, driver: Driver, why: str = "") -> bool:
+    def step_aside(self, vehicle: str, why: str = "") -> bool:
         """Let a vehicle that parks give up its slot; return whether it does.
 
         It does where it holds one state as a whole; until `come_back` it is in none.
         """
+        driver = self.driver_of[vehicle]
         row = driver.row
         if not self.sets_aside or not row["tail"] == row["crossed"] == row["granted"]:
             return False

@@ -95,6 +95,16 @@ class Driver:
         return int(self.row["granted"])
 
     @property
+    def held(self) -> range:
+        """The legs whose states it holds."""
+        return range(int(self.row["tail"]), self.granted + 1)
+
+    @property
+    def crossed(self) -> range:
+        """The legs behind whose lines its rear is not yet over the junction."""
+        return range(int(self.row["crossed"]), self.granted)
+
+    @property
     def settled(self) -> bool:
         """Whether it is in one place, and holds nothing else."""
         row = self.row
@@ -126,17 +136,15 @@ class Driver:
 
     def holds(self, state: str) -> bool:
         """Return whether it holds a state."""
-        return any(self.leg(n).state == state for n in range(int(self.row["tail"]), self.granted + 1))
+        return any(self.leg(n).state == state for n in self.held)
 
     def inside_m(self, state: str) -> float:
         """Return how far its front is behind the beginning of a state that it holds, the nearest time [m]."""
-        held = range(int(self.row["tail"]), self.granted + 1)
-        return min(self.front_m - self.begin_m(n) for n in held if self.leg(n).state == state)
+        return min(self.front_m - self.begin_m(n) for n in self.held if self.leg(n).state == state)
 
     def left_m(self, state: str) -> float:
         """Return how far it is to the end of a state that it holds [m], the nearest time."""
-        held = range(int(self.row["tail"]), self.granted + 1)
-        return min(self.end_m(n) - self.front_m for n in held if self.leg(n).state == state)
+        return min(self.end_m(n) - self.front_m for n in self.held if self.leg(n).state == state)
 
     def correct(self, front_m: float) -> None:
         """Take note that the front is elsewhere on the loop than the odometer said [m]."""

@@ -125,7 +125,7 @@ def _containment(
     scenario: Scenario,
     assembly: Assembly,
     traffic: SumoTraffic,
-    engine: ChangingEngine,
+    engine: ObservedEngine,
     recorder: Recorder,
     stops: Stops,
 ) -> Containment | None:

@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Protocol
 
-from loopgate.drive.changing import ChangingEngine
-from loopgate.drive.codes import NOTHING, STOPPING
-from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.leading import Leads, Led
 from loopgate.simulation.roadside import Roadside
 from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
@@ -100,7 +98,7 @@ class Containment:
         standing: Standing,
         ways: WaysRound,
         traffic: Traffic,
-        engine: ChangingEngine,
+        engine: Leads,
         recorder: Recorder,
         *,
         waits: bool = False,
@@ -125,8 +123,6 @@ class Containment:
         """The vehicles that stand for long on the road."""
         self._cut_offs: set[str] = set()
         """The first vehicles of lost places."""
-        self._withheld: set[str] = set()
-        """The vehicles that get no grant: the gate keeps no way clear for one that cannot use it."""
         self._lost: dict[str, None] = {}
         """Places that nobody can leave, since no way leads their first vehicle round what stands."""
         self._next_s = 0.0
@@ -169,13 +165,7 @@ class Containment:
 
     def _withhold(self) -> None:
         """Grant nothing to a vehicle that is cut off or broken down: it would stand on the next crossing."""
-        drivers, now = self._engine.driver_of, (self.broken | self._cut_offs) & self._engine.driver_of.keys()
-        for vehicle in (self._withheld - now) & drivers.keys():
-            if drivers[vehicle].row["withheld"] == STOPPING:
-                drivers[vehicle].row["withheld"] = NOTHING
-        for vehicle in now:
-            drivers[vehicle].row["withheld"] = STOPPING
-        self._withheld = now
+        self._engine.withhold((self.broken | self._cut_offs) & self._engine.driver_of.keys())
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
@@ -194,17 +184,15 @@ class Containment:
             driver = self._engine.driver_of.get(vehicle)
             if driver is not None and vehicle not in self._engine.beside:
                 self._stand.add(vehicle)
-                across = range(int(driver.row["crossed"]), driver.granted)
-                self._stuck.update(self._ways.junction(driver.leg(leg)) for leg in across)
-                held = range(int(driver.row["tail"]), driver.granted + 1)
-                yield from ((driver.leg(leg).state, (why, vehicle)) for leg in held)
+                self._stuck.update(self._ways.junction(driver.leg(leg)) for leg in driver.crossed)
+                yield from ((driver.leg(leg).state, (why, vehicle)) for leg in driver.held)
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
         """Return the vehicles that have long stood on a crossing, behind something that stands there."""
         still = [
             driver.id
-            for driver in self._engine.drivers
-            if any_stands and driver.speed_mps < _STILL_MPS and driver.row["crossed"] != driver.granted
+            for driver in self._engine.driver_of.values()
+            if any_stands and driver.speed_mps < _STILL_MPS and driver.crossed
         ]
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
         return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
@@ -226,11 +214,11 @@ class Containment:
         Vehicles that have another way keep out of these; a vehicle that has none may wait there.
         """
         lost: dict[str, None] = {}
-        firsts: dict[str, Driver] = {}
-        for driver in self._engine.drivers:
-            here = self._engine.keeper.here(driver.robot)
-            if driver.settled and self._engine.keeper.first(here) == driver.robot:
-                firsts[driver.leg(driver.granted).state] = driver
+        firsts: dict[str, Led] = {}
+        for driver in self._engine.driver_of.values():
+            place = driver.leg(driver.granted).state
+            if driver.settled and place not in firsts and driver in self._engine.line(place)[:1]:
+                firsts[place] = driver
         while True:
             avoided = self.blocked.keys() | lost.keys()
             self._ways.avoid(avoided, self._stuck)
@@ -244,17 +232,20 @@ class Containment:
                 return lost
             lost |= dict.fromkeys(sorted(more))
 
-    def _cut_off(self, driver: Driver, lost: Container[str]) -> bool:
+    def _cut_off(self, driver: Led, lost: Container[str]) -> bool:
         """Return whether the first vehicle of a place cannot go on by its way."""
-        keeper, place = self._engine.keeper, driver.leg(driver.granted + 1).state
-        if place in self.blocked or (place in lost and not keeper.free(keeper.wanted(driver.robot))):
+        place = driver.leg(driver.granted + 1).state
+        if place in self.blocked or (place in lost and self._is_full(place)):
             return True
         if self._ways.junction(driver.leg(driver.granted)) not in self._stuck:
             return False
-        ahead = {self._engine.drivers[other].id for some in keeper.blockers(driver.robot) for other in some}
-        return not ahead.isdisjoint(self._stand)
+        return not self._stand.isdisjoint(self._engine.waits_behind(driver.id))
 
-    def _has_way(self, driver: Driver) -> bool:
+    def _is_full(self, place: str) -> bool:
+        """Return whether a place has been granted to as many vehicles as it holds."""
+        return len(self._engine.line(place)) >= self._engine.slots(place)
+
+    def _has_way(self, driver: Led) -> bool:
         """Return whether a vehicle can go on by some way."""
         ways = self._ways.others(driver)
         return not self._standing.keeps_loop(driver.id) and any(
@@ -301,25 +292,26 @@ class Containment:
                     self._leave(driver)
         self.roadside.look(self.blocked.keys() | self._lost.keys())
 
-    def _leave(self, driver: Driver) -> None:
+    def _leave(self, driver: Led) -> None:
         """Let a vehicle without a way leave the road, with ``standing="leave"``; not a vehicle with stops."""
         if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
             self.roadside.take(driver)
 
-    def _turn(self, driver: Driver, track: Track, position: int) -> None:
+    def _turn(self, driver: Led, track: Track, position: int) -> None:
         """Lead a vehicle on by another way from its place, if everyone can go on then."""
         before = driver.granted
-        if self._everyone_goes_on(driver, track) and self._engine.turn_off(driver, track, position):
+        if self._everyone_goes_on(driver, track) and self._engine.turn_off(driver.id, track, position):
             self.turns[driver.id].append(TurnOff(before, track.loop, position))
 
-    def _everyone_goes_on(self, driver: Driver, track: Track) -> bool:
+    def _everyone_goes_on(self, driver: Led, track: Track) -> bool:
         """Return whether (S) holds with a vehicle on another way."""
-        keeper, engine = self._engine.keeper, self._engine
-        tracks = [other.track if other is not driver else track for other in engine.drivers]
-        loops = [[keeper.number(leg.state) for leg in one.legs] for one in tracks if one.rounds]
-        known = [[state for state in loop if state is not None] for loop in loops]
-        most = [max(SPARE, keeper.slots(state)) for state in range(1 + max(map(max, known)))]
-        return find_crowd(known, most) is None
+        every = self._engine.driver_of.values()
+        tracks = [other.track if other is not driver else track for other in every]
+        number: dict[str, int] = {}
+        loops = [
+            [number.setdefault(leg.state, len(number)) for leg in one.legs] for one in tracks if one.rounds
+        ]
+        return find_crowd(loops, [max(SPARE, self._engine.slots(place)) for place in number]) is None
 
     def why(self, vehicle: str) -> str:
         """Return why a vehicle stands, if it has broken down or is at a long stop; else an empty text."""

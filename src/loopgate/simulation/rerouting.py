@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
-from loopgate.drive.changing import ChangingEngine
-from loopgate.drive.driver import Driver
 from loopgate.drive.track import Track, continues
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.leading import Leads, Led
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
@@ -41,7 +40,7 @@ class Rerouting:
     edge takes is its length over the mean speed there in the last three minutes.
     """
 
-    def __init__(self, assembly: Assembly, traffic: Traffic, engine: ChangingEngine) -> None:
+    def __init__(self, assembly: Assembly, traffic: Traffic, engine: Leads) -> None:
         self._traffic, self._engine, self._anew = traffic, engine, assembly.anew
         self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
         self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
@@ -101,7 +100,7 @@ class Rerouting:
         self._seen.append(np.where(speeds < 0.0, self._allowed_mps, speeds))
         self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
 
-    def _lead(self, driver: Driver) -> None:
+    def _lead(self, driver: Led) -> None:
         """Lead a vehicle on by the quickest way from its place, if that is not its own."""
         vehicle, leg = driver.id, driver.granted
         if len(self.turns[vehicle]) >= _MOST_TURNS or driver.stops_here or leg >= len(driver.track.legs) - 1:
@@ -112,17 +111,17 @@ class Rerouting:
         if best is None or times_s[best] * said.factor + said.least_s >= self._own(driver, leg):
             return
         way = ways[best]
-        if self._engine.turn_off(driver, way.track, way.position):
+        if self._engine.turn_off(vehicle, way.track, way.position):
             self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
-    def _own(self, driver: Driver, leg: int) -> float:
+    def _own(self, driver: Led, leg: int) -> float:
         """Return how long its own way takes from here on [s]."""
         track = driver.track
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[leg].end_m)
         numbers = [self._edges[name] for _, name in track.edges[here:]]
         return float(self._times_s[numbers].sum())
 
-    def _ways(self, driver: Driver, leg: int) -> Iterator[_Onward]:
+    def _ways(self, driver: Led, leg: int) -> Iterator[_Onward]:
         """Yield the other ways to its end from the place it is in."""
         track = driver.track
         here, end = track.legs[leg], track.legs[-1].state

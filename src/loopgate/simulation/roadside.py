@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
-from math import inf
 from typing import Any
 
-from loopgate.drive.changing import ChangingEngine
-from loopgate.drive.driver import Driver
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.leading import Leads, Led
 from loopgate.traffic.base import Traffic
 
 NO_WAY = "no way round"
@@ -52,12 +50,12 @@ class Roadside:
     has parked.
     """
 
-    def __init__(self, traffic: Traffic, engine: ChangingEngine, recorder: Recorder) -> None:
+    def __init__(self, traffic: Traffic, engine: Leads, recorder: Recorder) -> None:
         self._traffic, self._engine, self._recorder = traffic, engine, recorder
         self._out: dict[str, Beside] = {}
         self._every: list[Beside] = []
 
-    def take(self, driver: Driver) -> None:
+    def take(self, driver: Led) -> None:
         """Let a vehicle leave the road, if it stands, and holds the place in which it stands and no other."""
         vehicle, traffic = driver.id, self._traffic
         if vehicle in self._out or not self._engine.sets_aside or not driver.settled:
@@ -66,11 +64,11 @@ class Roadside:
         if driver.speed_mps > _STANDING_MPS or not lane or lane.startswith(":"):
             return
         place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
-        self._engine.wait_for_nothing(driver)
+        self._engine.wait_for_nothing(vehicle)
         try:
             traffic.set_stop(vehicle, _stop(lane, at_m, driver.left_m(place)))
         except TrafficError:
-            self._engine.wait_again(driver)
+            self._engine.wait_again(vehicle)
             return
         self._out[vehicle] = Beside(vehicle, place, ahead, traffic.now_s)
 
@@ -97,18 +95,17 @@ class Roadside:
         if one is None or one.called:
             return
         one.called = True
-        driver = self._engine.driver_of.get(vehicle)
-        if driver is not None:
-            driver.row["stop_m"] = inf
+        if vehicle in self._engine.driver_of:
+            self._engine.call_back(vehicle)
         if self._traffic.parks(vehicle):
             self._traffic.stay(vehicle, _SOON_STEPS * self._traffic.step_s)
 
     def _note_parked(self, one: Beside) -> None:
-        driver = self._engine.driver_of.get(one.vehicle)
+        known = one.vehicle in self._engine.driver_of
         if not self._traffic.parks(one.vehicle):
             return
-        one.parked = driver is None or self._engine.step_aside(driver, NO_WAY)
-        if driver is None:
+        one.parked = not known or self._engine.step_aside(one.vehicle, NO_WAY)
+        if not known:
             self._recorder.note(self._traffic.now_s, one.vehicle, Event.PARK, one.place, NO_WAY)
         if one.parked:
             self._every.append(one)

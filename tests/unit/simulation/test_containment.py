@@ -7,17 +7,21 @@ from typing import Any, cast
 
 import pytest
 
-from loopgate.drive.codes import NOTHING, STOPPING
 from loopgate.network.incidents import Breakdown, Incidents
 from loopgate.simulation.containment import Containment
 
 
 def driver(name: str, *, crossed: int) -> Any:  # noqa: ANN401  what is read of a vehicle
     """Return a vehicle that stands in its first place, with what lies before that cleared or not."""
-    row = {"tail": 1, "crossed": crossed, "withheld": NOTHING}
     legs = [SimpleNamespace(state=f"p{n}") for n in range(3)]
     return SimpleNamespace(
-        id=name, row=row, granted=1, speed_mps=0.0, settled=crossed == 1, robot=0, leg=legs.__getitem__
+        id=name,
+        granted=1,
+        held=range(1, 2),
+        crossed=range(crossed, 1),
+        speed_mps=0.0,
+        settled=crossed == 1,
+        leg=legs.__getitem__,
     )
 
 
@@ -26,14 +30,14 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
     """Also one that has left its last place: its rear is in the way of all that goes over the junction."""
     broken, behind = driver("broken", crossed=1), driver("behind", crossed=crossed)
     stuck: list[set[str]] = []
+    withheld: list[set[str]] = []
     drivers = [broken, behind]
-    keeper = SimpleNamespace(here=lambda _: 0, first=lambda _: None)
     engine = SimpleNamespace(
-        drivers=drivers,
         driver_of={one.id: one for one in drivers},
         beside=set(),
-        keeper=keeper,
+        line=lambda _: [],
         shut=lambda _: None,
+        withhold=lambda vehicles: withheld.append(set(vehicles)),
     )
     ways = SimpleNamespace(
         junction=lambda leg: f"after {leg.state}",
@@ -51,4 +55,4 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
     for traffic.now_s in (1.0, 30.0, 61.0, 62.0):
         contained.look()
     assert stuck[-1] == ({"after p0"} if trapped else set())
-    assert (broken.row["withheld"], behind.row["withheld"]) == (STOPPING, NOTHING)
+    assert withheld[-1] == {"broken"}

@@ -8,7 +8,6 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any
 
-from loopgate.drive.driver import Driver
 from loopgate.drive.track import round_routes
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
@@ -18,6 +17,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.joining_queue import JoiningQueue
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.demand.detours import LONG_STOP_S, edges_into, find_detours_round
+from loopgate.simulation.leading import Led
 from loopgate.simulation.ways_round import WaysRound
 from loopgate.traffic.running import RunningSumo
 
@@ -220,9 +220,9 @@ class OwnersContainment:
         if len(each) > 1:
             yield frozenset(closed.union(*each))
 
-    def _around(self, driver: Driver) -> Sequence[AbstractSet[str]]:
+    def _around(self, driver: Led) -> Sequence[AbstractSet[str]]:
         """Return the edges of the places that a vehicle holds, and the edges into its junction."""
-        held = [driver.leg(leg).line.edge for leg in range(int(driver.row["tail"]), driver.granted + 1)]
+        held = [driver.leg(leg).line.edge for leg in driver.held]
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]
         crossed = {edge: self._into[self._network.edges[edge].from_junction] for edge in held[1:]}
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]

@@ -244,7 +244,7 @@ class Fleet:
         for vehicle in leaving:
             driver = self.members[vehicle]
             self.on_leaving(driver)
-            for leg in range(int(driver.row["tail"]), driver.granted):
+            for leg in driver.held[:-1]:
                 self._recorder.note(now, vehicle, Event.LEAVE, driver.leg(leg).state)
             self._recorder.note(now, vehicle, Event.END, driver.leg(driver.granted).state, reason)
             self._traffic.leave_gate(vehicle)

@@ -68,7 +68,7 @@ class Parking:
 
     def begin(self, driver: Driver) -> bool:
         """Take the slot of a vehicle that has just parked; return whether it gave it up."""
-        return self._engine.step_aside(driver)
+        return self._engine.step_aside(driver.id)
 
     def figures(self) -> dict[str, float]:
         """Return for how long vehicles stood parked beyond their stops, in all and at most [s]."""
