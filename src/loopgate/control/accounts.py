@@ -25,7 +25,7 @@ class Account:
     """
 
     def __init__(self, diary: Diary) -> None:
-        self.diary: Final = diary
+        self.diary = diary
         self.vehicle: Final = diary.vehicle
         self.stood_s = self.leapt_m = 0.0
         self.halted_s = inf
@@ -51,6 +51,11 @@ class Account:
         """Return the longest time from asking to being granted, a wait under way included [s]."""
         waits = self.vehicle.asks and not self.vehicle.stops_here()
         return max(self.vehicle.longest_s, now_s - self.vehicle.since_s if waits else 0.0)
+
+    def turns_off(self, diary: Diary, by_m: float) -> None:
+        """Note that the vehicle goes on by another way, on which arc lengths are so much more [m]."""
+        self.diary = diary
+        self._from_m += by_m
 
     def goes_on(self, now_s: float) -> bool:
         """Note that the vehicle is held no longer; return whether it stood at its line."""

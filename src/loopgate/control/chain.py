@@ -53,6 +53,14 @@ def closes_by_returning(place: Place, first: Vehicle) -> bool:
     return len(place.line) + 1 >= place.slots and chain.leads_round(_LINES, first.wanted(), place)
 
 
+def closes_by_turning(vehicle: Vehicle, leg: Leg) -> bool:
+    """Return whether a vehicle closes a circle of full places if it goes on from a leg in its place."""
+    place, onward = vehicle.leg.place, None if leg.after is None else leg.after.place
+    if len(place.line) < place.slots or place.line[0] is not vehicle:
+        return False
+    return chain.leads_round(_LINES, onward, place)
+
+
 def circle_from(place: Place) -> list[Place]:
     """Return the circle of full places that `place` waits for; none if its vehicles can move some day."""
     return chain.circle_from(_LINES, place)

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
+from loopgate.abstraction.itinerary import Leg as Drawn
 from loopgate.control.ledger import GRANTED, LEFT, REFUSED, Ledger
 from loopgate.control.places import Leg, Vehicle
+from loopgate.control.way import Way
 
 Row = tuple[float, str, str, str, str]
 """An event: time [s], vehicle, event, place, reason."""
@@ -22,31 +24,19 @@ REFUSE: Final = "refuse"
 
 
 class Diary:
-    """Up to where the way of a vehicle has been noted. The vehicle is at its start.
+    """Up to where the way of a vehicle has been noted. The vehicle is at its start, or where it turns off.
 
-    `laps`: so far. `due_m`: where something is to be noted next [m]. `loop`: its name. `states`: the names of
-    the places on the path, and `path` its legs. `edges`: with where each begins [m]. `renewed_on`: the edge
-    on which the simulator renews the route.
+    `way`: with the legs as they are drawn; `path`: the same as objects. `laps`: so far. `due_m`: where
+    something is to be noted next [m].
     """
 
-    def __init__(
-        self,
-        vehicle: Vehicle,
-        loop: str,
-        states: Sequence[str],
-        path: Sequence[Leg],
-        edges: Sequence[str],
-        begins_m: Sequence[float],
-        renewed_on: str,
-    ) -> None:
+    def __init__(self, vehicle: Vehicle, way: Way, path: Sequence[Leg], laps: int = 0) -> None:
         self.vehicle: Final = vehicle
-        self.loop: Final = loop
-        self.renewed_on: Final = renewed_on
-        self.laps = 0
-        self._states: Final = list(states)
-        self._path: Final = list(path)
-        self._edges: Final = list(edges)
-        self._begins_m: Final = list(begins_m)
+        self.way: Final = way
+        self.laps = laps
+        self._path: Final = path
+        self._edges: Final = [edge for _, edge in way.edges]
+        self._begins_m: Final = [float(begin_m) for begin_m, _ in way.edges]
         self._edge = 0
         self._edge_laps_m = 0.0
         self._edge_m = self._begins_m[0]
@@ -60,6 +50,10 @@ class Diary:
     def edge(self) -> str:
         """Return the edge that the front is on, or in the junction behind."""
         return self._edges[self._edge - 1]
+
+    def drawn(self, number: int) -> Drawn:
+        """Return a leg of the vehicle's endless way as it lies on the road."""
+        return self.way.legs[number % len(self.way.legs)]
 
     def aim(self) -> None:
         """Say where something is to be noted next, after a grant."""
@@ -75,17 +69,17 @@ class Diary:
         name, front_m, renewed = self.vehicle.name, self.vehicle.front_m, False
         while front_m >= self._edge_m:
             edge = self._edges[self._edge]
-            if edge == self.renewed_on:
+            if edge == self.way.renewed_on:
                 renewed = True
             rows.append((now_s, name, EDGE, edge, ""))
             self._next_edge()
         while front_m >= self._lap_m:
             self.laps += 1
             self._lap_m += self.vehicle.lap_m
-            rows.append((now_s, name, LAP, self.loop, ""))
+            rows.append((now_s, name, LAP, self.way.loop, ""))
         while front_m >= self._leg_m:
             self._entered += 1
-            rows.append((now_s, name, ENTER, self._states[self._entered % len(self._states)], ""))
+            rows.append((now_s, name, ENTER, self._path[self._entered % len(self._path)].place.name, ""))
             self.aim()
         self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
         return renewed

@@ -16,6 +16,7 @@ from loopgate.control.accounts import Account, Accounts
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.layout import Layout
+from loopgate.control.leading import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.parking import Parking
@@ -23,7 +24,7 @@ from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.rules import Reserve
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
-from loopgate.control.steering import STANDING_MPS, Steering
+from loopgate.control.steering import Steering
 from loopgate.control.stops import Stops
 from loopgate.control.way import Way
 from loopgate.errors import ClosedLaneError, TrafficError
@@ -33,9 +34,6 @@ from loopgate.traffic.base import Insertion, Traffic
 
 _GAP_M: Final = 2.5
 """Room to the vehicle ahead for one that comes in [m]."""
-
-_LOOK_EVERY_S: Final = 10.0
-"""How often those that stand are asked for their lane [s]."""
 
 
 class Driving:
@@ -73,6 +71,8 @@ class Driving:
         spacing: Spacing | None = None,
     ) -> None:
         self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
+        self.places = layout.places
+        """The places, by name."""
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, list[Leg]] = {}
@@ -84,7 +84,6 @@ class Driving:
         self.diaries: list[Diary] = []
         self.names: list[str] = []
         """The vehicles, in the order of `diaries` and `fronts`."""
-        self._lines: list[tuple[Drawn, ...]] = []
         self._offset: Floats = np.zeros(0)
         self.fronts: Floats = np.zeros(0)
         """Where the fronts are, along their ways [m]."""
@@ -107,7 +106,6 @@ class Driving:
         """Called with the account of each vehicle that leaves, and why it does."""
         self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
         """Called after each answer with how many decisions it took, and how long they took [s]."""
-        self._look_s = 0.0
         self.sumo_s = 0.0
         """Wall time in the simulator's steps [s]."""
         self.changes = 0
@@ -173,13 +171,9 @@ class Driving:
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
             fronts.append(way.front_m)
             self.names.append(way.vehicle)
-            states = [str(leg.state) for leg in way.legs]
-            edges = [edge for _, edge in way.edges]
-            begins_m = [float(begin_m) for begin_m, _ in way.edges]
-            diary = Diary(vehicle, way.loop, states, path, edges, begins_m, way.renewed_on)
+            diary = Diary(vehicle, way, path)
             self.diaries.append(diary)
             self.accounts.open(diary)
-            self._lines.append(way.legs)
             traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
             self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
             self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
@@ -264,12 +258,38 @@ class Driving:
             self._spacing.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
-        del self.diaries[row], self.names[row], self._lines[row]
+        del self.diaries[row], self.names[row]
         self._offset, self.fronts, self._tops = (
             np.delete(column, row) for column in (self._offset, self.fronts, self._tops)
         )
         for later in self.diaries[row:]:
             later.vehicle.row -= 1
+
+    def turn_off(self, vehicle: Vehicle, way: Way, edges: Sequence[str]) -> bool:
+        """Lead a vehicle on by another way from its place on, which is `way.position` of that.
+
+        Return whether that can be done now. `edges`: the route by which the simulator leads it.
+        """
+        path, make = self.path(way), vehicle.make
+        if not may_turn_off(self.ledger, vehicle, path[way.position]):
+            return False
+        self._traffic.lead(vehicle.name, edges)
+        kind = make.with_top(way.top * make.haste)
+        by_m = turn_off(self.ledger, vehicle, path[way.position], kind, way.lap_m)
+        row = vehicle.row
+        self._offset[row] += by_m
+        self.fronts[row] += by_m
+        self._tops[row] = kind.top
+        diary = self.diaries[row] = Diary(vehicle, way, path, self.diaries[row].laps)
+        self.accounts.of[vehicle.name].turns_off(diary, by_m)
+        if vehicle.name in self._round:
+            self._round[vehicle.name] = path
+        if self._spacing is not None:
+            self._spacing.forget(vehicle)
+            self._spacing.take_in(vehicle, way.loop)
+        self.changes += 1
+        self.rows.append((self._traffic.now_s, vehicle.name, Event.REROUTE, vehicle.leg.place.name, way.loop))
+        return True
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
@@ -302,9 +322,7 @@ class Driving:
         self._answer(now_s)
         if self._spacing is not None:
             self._spacing.look()
-        if now_s >= self._look_s:
-            self._look_s = now_s + _LOOK_EVERY_S
-            self._look_for_strays()
+        self.steering.look_for_strays(self.diaries)
 
     def _answer(self, now_s: float) -> None:
         """Answer requests, and carry out what comes of it."""
@@ -324,7 +342,7 @@ class Driving:
             if vehicle.steered:
                 before = vehicle.granted - 1
                 drawn = self._drawn(vehicle, before)
-                laps_m = before // len(self._lines[vehicle.row]) * vehicle.lap_m
+                laps_m = before // len(self.diaries[vehicle.row].way.legs) * vehicle.lap_m
                 self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
         for vehicle in stay:
             if not vehicle.held:
@@ -364,26 +382,15 @@ class Driving:
 
     def _drawn(self, vehicle: Vehicle, number: int) -> Drawn:
         """Return a leg of a vehicle's endless way as it lies on the road."""
-        legs = self._lines[vehicle.row]
-        return legs[number % len(legs)]
-
-    def _look_for_strays(self) -> None:
-        """Lead back who stands beside the lane of its loop, from where its way may not go on."""
-        for diary in self.diaries:
-            vehicle = diary.vehicle
-            if vehicle.speed >= STANDING_MPS or vehicle.held or vehicle.steered or not vehicle.bodies:
-                continue
-            body = vehicle.bodies[0]
-            line = self._drawn(vehicle, vehicle.granted - len(vehicle.bodies) + 1).line
-            lane, _ = self._traffic.lane(vehicle.name)
-            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane}"
-            if beside and body.begin_m <= vehicle.front_m <= body.out_m - vehicle.make.length_m:
-                self.steering.lead_back(vehicle, line)
+        return self.diaries[vehicle.row].drawn(number)
 
     def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
+        way = self.diaries[vehicle.row].way
+        renewed_on = way.renewed_on
+        if way.renews:
+            self._traffic.renew(vehicle.name, way.renews)
         self.stops.renewed(vehicle)
-        renewed_on = self.diaries[vehicle.row].renewed_on
         if not vehicle.held:
             self.steering.renew(vehicle, renewed_on)
         elif vehicle.speed > 0.0 and self._drawn(vehicle, vehicle.granted).line.edge == renewed_on:

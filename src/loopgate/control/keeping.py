@@ -93,13 +93,17 @@ class Keeping:
             if late and now_s - vehicle.blocked_s >= GIVES_WAY_S:
                 self._keep_for(vehicle)
 
+    def moves_next(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle is the mover of another, or its own."""
+        return vehicle in self._named_s
+
     def _old(self, now_s: float) -> list[Vehicle]:
-        """Return the vehicles that have waited for a while, but for those that stop: that ends by itself."""
+        """Return the vehicles that have waited for a while, but for those that idle: that ends by itself."""
         old: list[Vehicle] = []
         for vehicle in self._waiting:
             if now_s - vehicle.since_s < PATIENCE_THERE_S:
                 break
-            if not vehicle.stops_here():
+            if not vehicle.idles():
                 old.append(vehicle)
         return old
 
@@ -134,7 +138,7 @@ class Keeping:
             way = full_before(vehicle)
             mover = next_mover(vehicle)
             wanted = None if mover is None else mover.wanted()
-            if mover is None or wanted is None or mover.stops_here():
+            if mover is None or wanted is None or mover.idles():
                 continue
             if not self._looked_at.isdisjoint([*way, wanted]):
                 continue

@@ -33,6 +33,8 @@ _GAP_M: Final = 2.5
 _REACTION_S: Final = 1.0
 """Gap that drivers keep when they stand [m], and time in which they react [s]: SUMO's defaults."""
 
+_ROUNDING_M: Final = 0.5
+
 _PATIENCE_S: Final = 20.0
 """A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
 then [s]."""
@@ -53,7 +55,7 @@ def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
 
 def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
     """Give a vehicle that has stepped aside a slot where it stands; `beside` says when it is there."""
-    leg, place, left_m = vehicle.leg, vehicle.leg.place, vehicle.left_m()
+    leg, place, left_m = vehicle.leg, vehicle.leg.place, _left_m(vehicle)
     begin_m = vehicle.line_m - leg.end_m + leg.begin_m
     at = 0
     for one in place.bodies:
@@ -74,7 +76,15 @@ def has_slot_for(vehicle: Vehicle) -> bool:
 
 def _in_order(line: list[Vehicle]) -> list[Vehicle]:
     """Return vehicles whose last grant is one place in the order in which they are there."""
-    return sorted(line, key=lambda vehicle: vehicle.left_m())
+    return sorted(line, key=_left_m)
+
+
+def _left_m(vehicle: Vehicle) -> float:
+    """Return how far a vehicle is from the end of its place [m]; from its rear for one beside the road.
+
+    One that stands next to it cannot let it in, and so goes first.
+    """
+    return vehicle.left_m() + (vehicle.make.length_m if vehicle.beside else 0.0)
 
 
 class Parking:
@@ -95,21 +105,27 @@ class Parking:
         self._beside: dict[Vehicle, None] = {}
         self._coming: set[Vehicle] = set()
         """The vehicles that have a slot again and are not on the road yet."""
+        self._braked: dict[Vehicle, int] = {}
+        """Vehicles that stand still until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[Vehicle, float] = {}
         """Since when those wait whose stops are over [s]."""
         self.late_s = self.latest_s = 0.0
         """For how long vehicles stood parked beyond their stops, in all and at most [s]."""
 
-    def begin(self, vehicle: Vehicle) -> bool:
+    def begin(self, vehicle: Vehicle, why: str = "") -> bool:
         """Take the slot of a vehicle that has just parked; return whether it gave it up."""
         if not self._ledger.step_aside(vehicle):
             return False
         self._beside[vehicle] = None
-        self._note(vehicle, PARK, "")
+        self._note(vehicle, PARK, why)
         return True
 
     def forget(self, vehicle: Vehicle) -> None:
         """Take note that the vehicle is in the ledger no longer."""
+        self._braked.pop(vehicle, None)
+        self._set_back(vehicle)
+
+    def _set_back(self, vehicle: Vehicle) -> None:
         self._beside.pop(vehicle, None)
         self._coming.discard(vehicle)
         self._since_s.pop(vehicle, None)
@@ -117,6 +133,7 @@ class Parking:
     def look(self) -> None:
         """Return vehicles to the road if possible, and keep the others parked."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
+        self._let_go()
         for vehicle in list(self._beside):
             if vehicle in self._coming and self._traffic.lane(vehicle.name)[0]:
                 self._is_back(vehicle)
@@ -128,6 +145,9 @@ class Parking:
                 self._traffic.stay(vehicle.name, _LONGER_STEPS * step_s)
                 continue
             goes = self._may_go(vehicle)
+            if goes and vehicle not in self._braked and self._starts_over_its_line(vehicle):
+                self._braked[vehicle] = vehicle.granted
+                self._traffic.keep_to(vehicle.name, 0.0)
             if goes and left_s > _GO_STEPS * step_s:
                 continue  # not before its time
             self._traffic.stay(vehicle.name, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
@@ -139,7 +159,7 @@ class Parking:
 
     def _is_back(self, vehicle: Vehicle) -> None:
         line_up(self._ledger, vehicle)
-        self.forget(vehicle)
+        self._set_back(vehicle)
         vehicle.beside = False
         before = [other for other in vehicle.leg.place.line if not other.beside]
         at = before.index(vehicle)
@@ -156,6 +176,21 @@ class Parking:
             self._coming.add(vehicle)
         return room and vehicle in self._coming and self._is_clear(vehicle, vehicle.leg.place)
 
+    def _let_go(self) -> None:
+        """Let vehicles drive that are on the road again, and held at their line or granted more."""
+        for vehicle, leg in list(self._braked.items()):
+            if not vehicle.beside and (vehicle.held or vehicle.granted != leg):
+                del self._braked[vehicle]
+                self._traffic.keep_to(vehicle.name, None)
+
+    def _starts_over_its_line(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle beside the road would pass the end of its place before it is held."""
+        if vehicle.leg.after is None:
+            return False  # its way ends there
+        make, step_s = vehicle.make, self._traffic.step_s
+        speed = make.accel * step_s
+        return vehicle.left_m() < speed * step_s + braking_m(speed, make.decel, step_s) + _ROUNDING_M
+
     def _is_clear(self, vehicle: Vehicle, place: Place) -> bool:
         """Return whether all behind can brake for it: SUMO lets it in before others at speed."""
         step_s = self._traffic.step_s
@@ -163,7 +198,11 @@ class Parking:
             other = body.vehicle
             their_left_m = body.out_m - other.make.length_m - other.front_m
             gap_m = their_left_m - vehicle.left_m() - vehicle.make.length_m
-            if other.beside or gap_m < -vehicle.make.length_m:
+            if other.beside:
+                continue
+            if gap_m < -vehicle.make.length_m:  # ahead: they may have parked side by side
+                if gap_m > -vehicle.make.length_m - other.make.length_m - _GAP_M:
+                    return False
                 continue
             fast = min(other.make.top, other.speed + other.make.accel * step_s)
             decel = other.make.decel

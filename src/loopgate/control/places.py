@@ -218,6 +218,10 @@ class Make:
         self.top: Final = top
         self.haste: Final = haste
 
+    def with_top(self, top: float) -> Make:
+        """Return the same with another top speed [m/s]."""
+        return Make(self.length_m, self.accel, self.decel, top, self.haste, foreseen=self.foreseen)
+
 
 POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
 """A vehicle without a body, for systems that lie on no road."""
@@ -235,21 +239,22 @@ class Vehicle:
     where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
     when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
     where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
-    `beside`: whether it stands there and holds none, or is not yet back on the road.
+    `beside`: whether it stands there and holds none, or is not yet back on the road. `withheld`: whether it
+    is granted nothing for now, whatever the other rules say.
     """
 
     __slots__ = (
         "asks", "beside", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m",
         "leg", "line_m", "longest_s", "make", "name", "near", "number", "parks", "reason", "refused_s",
-        "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "woken",
+        "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
         self.number: Final = number
         self.row = 0
         self.name: Final = name
-        self.make: Final = make
-        self.lap_m: Final = lap_m
+        self.make = make
+        self.lap_m = lap_m
         self.leg = leg
         self.granted = leg.number
         self.laps_m = 0.0
@@ -266,7 +271,7 @@ class Vehicle:
         self.near = False
         self.steered = False
         self.stop_m = inf
-        self.parks = self.beside = False
+        self.parks = self.beside = self.withheld = False
         self.reason = ""
         self.refused_s: dict[str, float] = {}
         self.blocked_s = -inf
@@ -276,6 +281,14 @@ class Vehicle:
     def stops_here(self) -> bool:
         """Return whether it is to stop by itself, or does, before the end of its last granted leg."""
         return self.stop_m < self.line_m
+
+    def idles(self) -> bool:
+        """Return whether it goes nowhere for now by itself, so that nothing is to be kept for it."""
+        return self.withheld or self.stops_here()
+
+    def is_settled(self) -> bool:
+        """Return whether it is in one place, and holds nothing else."""
+        return len(self.bodies) == 1 and not self.trips and self.front_m >= self.bodies[0].begin_m
 
     def trespasses(self) -> bool:
         """Return whether its front is past the end of its last granted leg."""
@@ -297,6 +310,16 @@ class Vehicle:
         self.granted += 1
         self.leg = after
         self.line_m = self._end_m()
+
+    def turn_off(self, leg: Leg, make: Make, lap_m: float) -> float:
+        """Go on by another path from a leg in its place; return how much more arc lengths are on it [m]."""
+        by_m = leg.end_m - self.line_m
+        self.leg, self.granted, self.make, self.lap_m, self.laps_m = leg, leg.number, make, lap_m, 0.0
+        self.line_m = self._end_m()
+        self.front_m += by_m
+        self.stop_m += by_m
+        self.watchers = [(watched_m + by_m, other) for watched_m, other in self.watchers]
+        return by_m
 
     def after_begins_m(self, after: Leg) -> float:
         """Return where the leg after the last granted one begins on its way [m]."""

@@ -12,6 +12,7 @@ from typing import Final
 from loopgate.control.chain import full_after
 from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
+from loopgate.control.leading import withheld
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
@@ -91,4 +92,4 @@ def usual(reserve: Reserve | None = None, outside: Sequence[Rule] = ()) -> list[
     `reserve`: none by default. `outside`: about what comes from outside, as `loopgate.control.lights.light`.
     """
     leaves_room = [] if reserve is None else [reserve.leaves_room]
-    return [stop, room, kept, crossing, *outside, *leaves_room, chain]
+    return [stop, room, kept, crossing, *outside, withheld, *leaves_room, chain]

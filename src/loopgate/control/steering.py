@@ -13,7 +13,7 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import Guide
-from loopgate.control.diary import Row
+from loopgate.control.diary import Diary, Row
 from loopgate.control.places import Vehicle
 from loopgate.errors import TrafficError
 from loopgate.network.loop import LanePosition
@@ -22,6 +22,9 @@ from loopgate.traffic.base import Traffic
 
 STANDING_MPS: Final = 0.1
 _AT_GUIDE_M: Final = 1.0
+_LOOK_EVERY_S: Final = 10.0
+"""How often those that stand are asked for their lane [s]."""
+
 _LONG_S: Final = 60.0
 """After this long beside the lane of its loop a vehicle is put there, if there is room [s]."""
 
@@ -55,6 +58,7 @@ class Steering:
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:
         self._traffic, self._rows = traffic, rows
         self._ways: dict[Vehicle, _Way] = {}
+        self._look_s = 0.0
         self.strays = 0
         """Vehicles that were on another lane than their loop's."""
 
@@ -113,6 +117,22 @@ class Steering:
                 vehicle.steered = False
                 done.append(vehicle)
         return done
+
+    def look_for_strays(self, diaries: Sequence[Diary]) -> None:
+        """Lead back who stands beside the lane of its loop, from where its way may not go on."""
+        if self._traffic.now_s < self._look_s:
+            return
+        self._look_s = self._traffic.now_s + _LOOK_EVERY_S
+        for diary in diaries:
+            vehicle = diary.vehicle
+            if vehicle.speed >= STANDING_MPS or vehicle.held or vehicle.steered or not vehicle.bodies:
+                continue
+            body = vehicle.bodies[0]
+            line = diary.drawn(vehicle.granted - len(vehicle.bodies) + 1).line
+            lane, _ = self._traffic.lane(vehicle.name)
+            beside = lane.startswith(f"{line.edge}_") and lane != f"{line.edge}_{line.lane}"
+            if beside and body.begin_m <= vehicle.front_m <= body.out_m - vehicle.make.length_m:
+                self.lead_back(vehicle, line)
 
     def _reached(self, way: _Way) -> bool:
         """Return whether the first guide has done its work; else let the vehicle change lanes if it may."""

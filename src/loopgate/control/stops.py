@@ -149,9 +149,12 @@ class Stops:
             self._traffic.set_stop(vehicle.name, stop)
 
     def look(self) -> None:
-        """Take note of the stops that began and ended in the last step."""
-        if not self._stops:
-            return
+        """Take note of the stops that began and ended in the last step, and of the vehicles that park."""
+        if self._ways:
+            self._look_at_stops()
+        self._parking.look()
+
+    def _look_at_stops(self) -> None:
         traffic, now_s = self._traffic, self._traffic.now_s
         for name in traffic.stops_begun():
             way = self._ways.get(name)
@@ -170,7 +173,6 @@ class Stops:
         for way in self._ways.values():
             if way.vehicle.front_m > way.vehicle.stop_m + _MISSED_M:
                 self._pass_by(way)
-        self._parking.look()
 
     def made_now(self) -> Iterator[tuple[str, Stop]]:
         """Yield the vehicles that stand at a stop, each with that stop."""

@@ -12,7 +12,7 @@ class Way:
     """A vehicle's loop: its name, its length [m], its top speed [m/s], its legs, and where its edges begin.
 
     `position` and `front_m`: the leg in which the vehicle starts, and where its front is. `renewed_on`: the
-    edge on which the simulator renews its route.
+    edge on which its route is renewed; `renews`: by which route, unless the simulator does so by itself.
     """
 
     vehicle: str
@@ -24,5 +24,6 @@ class Way:
     position: int
     front_m: float
     renewed_on: str
+    renews: str = ""
     keeps_lane: bool = False
     foreseen: bool = True

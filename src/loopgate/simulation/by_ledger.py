@@ -15,6 +15,7 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.control.spacing import Ring, Spacing
+from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.certified import CertifiedGate
@@ -22,17 +23,21 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.containment import Containment
 from loopgate.simulation.drives import Made, Reports
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.ledger_departures import LedgerDepartures, way_of
 from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.ledger_leading import LedgerLeading
+from loopgate.simulation.planned import PlannedStanding, find_ways_round
+from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
 from loopgate.simulation.session import Session
 from loopgate.traffic.base import Traffic
 
 
-def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
+def check(scenario: Scenario, gate: Gate) -> None:
     """Refuse a scenario in which the ledger would leave something out.
 
     Raises
@@ -47,8 +52,6 @@ def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
         f"negotiation {scenario.negotiation}": scenario.rule_for_negotiation != "pressure",
         f"decide {scenario.decide}": scenario.by_messages is not None,
         f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
-        "incidents, or stops that vehicles are led round": assembly.contains,
-        "trips that SUMO leads another way": bool(assembly.anew),
     }
     for what, is_there in lacks.items():
         if is_there:
@@ -60,11 +63,17 @@ _NEVER_FULL = 1 << 30
 """How many vehicles are taken to fit where vehicles go that arrive."""
 
 
+def later_ways(assembly: Assembly) -> list[Track]:
+    """Return the tracks of the vehicles that depart later, and of all other ways."""
+    planned = (*assembly.departures, *assembly.other_ways)
+    return [one.track for one in planned if one.track is not None]
+
+
 def slots_of(assembly: Assembly) -> dict[str, int]:
     """Return how many vehicles fit into each place; into one that is a vehicle's own, all there are."""
     abstraction = cast("Abstraction", assembly.abstraction)
-    system, later = abstraction.system, [one.track for one in assembly.departures if one.track]
-    if later:
+    system, later = abstraction.system, later_ways(assembly)
+    if later or assembly.contains:
         slots = {str(name): most for name, most in abstraction.room.items()}
         return slots | {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
     rooms = zip(system.states, system.room, system.private, strict=True)
@@ -132,7 +141,7 @@ def make_driving(
 ) -> Laid:
     """Return what drives the vehicles of a scenario; nobody is there yet. `everybody` as in `Ledger`."""
     abstraction = cast("Abstraction", assembly.abstraction)
-    tracks = [*assembly.tracks, *(one.track for one in assembly.departures if one.track is not None)]
+    tracks = [*assembly.tracks, *later_ways(assembly)]
     drawn = list({id(track.legs): track.legs for track in tracks}.values())
     lamps, reserve = Lamps(traffic), Reserve()
     signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
@@ -170,5 +179,28 @@ def open_ledger(
         room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
         departures = LedgerDepartures(assembly.departures, assembly.network, traffic, driving, room)
         looks.append(departures.look)
-    stops, each_step = _Stops(driving), tuple(looks)
-    return Session(traffic, drive, recorder, drive, laid.around, stops, departures, None, None, each_step, ())
+    rerouting = containment = None
+    if assembly.anew or assembly.contains:
+        leading = LedgerLeading(traffic, driving, [*assembly.tracks, *later_ways(assembly)])
+    if assembly.anew:
+        rerouting = Rerouting(assembly, traffic, leading)
+    if assembly.contains:
+        standing = PlannedStanding(assembly.incidents, driving.stops, assembly.stops)
+        waits, leaves = scenario.standing == "wait", scenario.standing == "leave"
+        round_ = find_ways_round(assembly)
+        containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, leaves=leaves)
+    looks += [one.look for one in (rerouting, containment) if one is not None]
+    stops = _Stops(driving)
+    return Session(
+        traffic,
+        drive,
+        recorder,
+        drive,
+        laid.around,
+        stops,
+        departures,
+        rerouting,
+        containment,
+        tuple(looks),
+        (),
+    )

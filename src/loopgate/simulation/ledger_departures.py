@@ -31,6 +31,7 @@ def way_of(track: Track, *, foreseen: bool = True) -> Way:
         position=track.start_position,
         front_m=float(track.front_m),
         renewed_on=track.rerouted_on,
+        renews=track.rounds[0].route if track.renews and track.rounds else "",
         keeps_lane=track.keeps_lane,
         foreseen=foreseen,
     )

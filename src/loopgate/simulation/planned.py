@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 from loopgate.network.incidents import Incidents
+from loopgate.network.stops import Stop
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.demand.detours import stands_long
-from loopgate.simulation.fleet.stops import Stops
 from loopgate.simulation.ways_round import WaysRound
+
+
+class MadeStops(Protocol):
+    """What knows the stops that vehicles make."""
+
+    def made_now(self) -> Iterator[tuple[str, Stop]]:
+        """Yield the vehicles that stand at a stop, each with that stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +37,7 @@ class PlannedStanding:
     """
 
     incidents: Incidents
-    stops: Stops
+    stops: MadeStops
     fixed: Container[str]
     brakes: bool = True
 

@@ -1,0 +1,181 @@
+"""The ledger as asked by what leads vehicles other ways (`loopgate.simulation.leading`)."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+from math import inf
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.control.blocking import ahead
+from loopgate.control.driving import Driving
+from loopgate.control.leading import wait_again, wait_for_nothing
+from loopgate.control.places import Vehicle
+from loopgate.drive.track import Track
+from loopgate.simulation.ledger_departures import way_of
+from loopgate.traffic.base import Traffic
+
+
+class LedLedgerVehicle:
+    """A vehicle of the ledger: see `loopgate.simulation.leading.Led`."""
+
+    def __init__(self, vehicle: Vehicle, track: Track) -> None:
+        self.vehicle, self.track = vehicle, track
+        self.id = vehicle.name
+
+    @property
+    def granted(self) -> int:
+        """The last leg granted to it."""
+        return self.vehicle.granted
+
+    @property
+    def held(self) -> range:
+        """The legs whose places it holds."""
+        return range(self.granted + 1 - len(self.vehicle.bodies), self.granted + 1)
+
+    @property
+    def crossed(self) -> range:
+        """The legs behind whose lines its rear is not yet over the junction."""
+        vehicle = self.vehicle
+        if not vehicle.trips:
+            return range(0)
+        return range(self.held[vehicle.bodies.index(vehicle.trips[0].into)] - 1, self.granted)
+
+    @property
+    def settled(self) -> bool:
+        """Whether it is in one place, and holds nothing else."""
+        return self.vehicle.is_settled()
+
+    @property
+    def speed_mps(self) -> float:
+        """Its speed in the last step [m/s]."""
+        return self.vehicle.speed
+
+    @property
+    def stops_here(self) -> bool:
+        """Whether it is to stop before it gets to the end of its last grant, or does."""
+        return self.vehicle.stops_here()
+
+    def leg(self, number: int) -> Leg:
+        """Return a leg of its way."""
+        return self.track.legs[number % len(self.track.legs)]
+
+    def left_m(self, state: str) -> float:
+        """Return how far it is to the end of a place that it holds [m]."""
+        vehicle = self.vehicle
+        for body in vehicle.bodies:
+            if body.place.name == state:
+                return body.out_m - vehicle.make.length_m - vehicle.front_m
+        return vehicle.left_m()
+
+
+class LedgerLeading:
+    """What leads vehicles of the ledger other ways: see `loopgate.simulation.leading.Leads`.
+
+    Parameters
+    ----------
+    driving
+        Drives the vehicles.
+    tracks
+        Of all vehicles, also of those to come, and of all other ways; the ways are laid.
+    """
+
+    sets_aside = True
+    arrived: Container[str] = ()
+    """Who has arrived is not known any longer."""
+
+    def __init__(self, traffic: Traffic, driving: Driving, tracks: Iterable[Track]) -> None:
+        self._traffic, self._driving, self._ledger = traffic, driving, driving.ledger
+        tracks = list(tracks)
+        self._tracks = {track.vehicle: track for track in tracks}
+        self._laid = {id(track.legs) for track in tracks}
+        driving.lay([way_of(track) for track in tracks])
+        self._known: dict[str, LedLedgerVehicle] = {}
+        self._seen = -1
+        self._withheld: AbstractSet[str] = frozenset()
+
+    @property
+    def changes(self) -> int:
+        """How often vehicles have come or gone, or have been led another way."""
+        return self._driving.changes
+
+    @property
+    def driver_of(self) -> Mapping[str, LedLedgerVehicle]:
+        """The vehicles."""
+        if self._seen != self._driving.changes:
+            self._seen, known = self._driving.changes, self._known
+            self._known = {
+                name: known[name]
+                if name in known and known[name].vehicle is vehicle
+                else LedLedgerVehicle(vehicle, self._tracks[name])
+                for name, vehicle in self._ledger.vehicles.items()
+            }
+        return self._known
+
+    @property
+    def beside(self) -> Container[str]:
+        """Those that hold no slot: they park, or are not back on the road yet."""
+        return {name for name, vehicle in self._ledger.vehicles.items() if vehicle.beside}
+
+    def knows(self, track: Track) -> bool:
+        """Return whether a way is laid, so that vehicles can be led by it."""
+        return id(track.legs) in self._laid
+
+    def line(self, place: str) -> Sequence[LedLedgerVehicle]:
+        """Return the vehicles whose last grant is a place, first in line first."""
+        known = self.driver_of
+        return [known[vehicle.name] for vehicle in self._driving.places[place].line]
+
+    def slots(self, place: str) -> int:
+        """Return how many vehicles a place holds."""
+        return self._driving.places[place].slots
+
+    def waits_behind(self, vehicle: str) -> Sequence[str]:
+        """Return the vehicles that one waits for: the first in its line, else those that block it."""
+        every = self._ledger.vehicles
+        return [other.name for other in ahead(every[vehicle], every.values())]
+
+    def shut(self, place: str) -> None:
+        """Let nobody into a place in the next step."""
+        self._ledger.shut(self._driving.places[place])
+
+    def withhold(self, vehicles: AbstractSet[str]) -> None:
+        """Grant nothing to these from now on, and again to those that were named in the call before."""
+        every = self._ledger.vehicles
+        for name in (self._withheld | vehicles) & every.keys():
+            every[name].withheld = name in vehicles
+        self._withheld = vehicles
+
+    def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
+        """Lead a vehicle on by another way from its place on; return whether that can be done now."""
+        led = self.driver_of[vehicle]
+        track = replace(track, vehicle=vehicle, start_position=position)
+        begins = [begin_m for begin_m, _ in track.edges]
+        here = bisect_left(begins, track.legs[position].end_m) - 1
+        if not self._driving.turn_off(led.vehicle, way_of(track), track.onward(here)):
+            return False
+        led.track = track
+        return True
+
+    def wait_for_nothing(self, vehicle: str) -> None:
+        """Let a vehicle stand where it is and ask for nothing, held by nobody, until `wait_again`."""
+        waits = self._ledger.vehicles[vehicle]
+        wait_for_nothing(self._ledger, waits)
+        if waits.held:
+            waits.held = False
+            self._driving.accounts.of[vehicle].goes_on(self._traffic.now_s)
+            self._traffic.release(vehicle)
+
+    def wait_again(self, vehicle: str) -> None:
+        """Let a vehicle ask in its turn again."""
+        wait_again(self._ledger, self._ledger.vehicles[vehicle])
+
+    def step_aside(self, vehicle: str, why: str = "") -> bool:
+        """Let a vehicle that parks give up its slot; return whether it does."""
+        return self._driving.parking.begin(self._ledger.vehicles[vehicle], why)
+
+    def call_back(self, vehicle: str) -> None:
+        """Let a vehicle that waits for nothing drive on as soon as it is back on the road."""
+        self._ledger.vehicles[vehicle].stop_m = inf
