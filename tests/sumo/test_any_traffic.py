@@ -384,8 +384,13 @@ def test_the_first_to_come_is_let_in_however_short_its_way(tmp_path: Path) -> No
     assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
 
 
-@pytest.mark.parametrize("how", ["options", "type", "vehicle"])
-def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
+@pytest.mark.parametrize(
+    ("how", "engine"),
+    [("options", "tables"), ("type", "tables"), ("vehicle", "tables"), ("options", "ledger")],
+)
+def test_who_has_the_rerouting_device_is_led_another_way_between_places(
+    tmp_path: Path, how: str, engine: str
+) -> None:
     """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""
     routes = demand(tmp_path, loops=0)
     text = routes.read_text(encoding="utf-8")
@@ -398,7 +403,7 @@ def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path
     routes.write_text(text, encoding="utf-8")
     words = "--device.rerouting.period 5 --device.rerouting.adaptation-steps 3"
     sumo = words + (" --device.rerouting.probability 1" if how == "options" else "")
-    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car", positions=True)
+    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car", positions=True, engine=engine)
     assert not any("rerouting" in line for line in summary["warnings"])
     assert (summary["trespasses"], summary["unfinished"], summary["audit"]) == (0, 0, "clean")
     assert summary["rerouting"]["vehicles"] == summary["trips"]
