@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from random import Random
 from typing import Any
 
 import pytest
+from everyone import draw
+from posts_model import Beside, NoStepError, Truth
 from vehicles_alone import WRONG, walk_through
 
 from loopgate.research.vehicles.exploring import explore
+from loopgate.research.vehicles.walk import Walk
 from loopgate.research.vehicles.world import Receive, World, begin
 from loopgate.vehicles import post as posts
 from loopgate.vehicles import vehicle as cars
@@ -222,3 +226,33 @@ def test_a_grant_given_back_does_not_free_the_slot_of_a_rear_still_there() -> No
     car, out = cars.rear_out(car)
     assert out == [Left(3, 1, 2), Goes(7, 1, 1)]
     assert walk_through(1816, loss=0.1)["overfull"] == 0
+
+
+def _beside_the_model(
+    seed: int, receive: Receive = posts.receive, *, loss: float = 0.2, forgets: float = 0.0, steps: int = 250
+) -> int:
+    """Return how many changes of books were steps of the model, on one system."""
+    roads = draw(seed, narrow=False)
+    if not any(roads.start) or roads.circle(roads.start):
+        return 0
+    start = begin(roads.loops, roads.slots, roads.start)
+    truth = Truth(list(start.vehicles))
+    beside = Beside(truth, receive)
+    walk = Walk(start, Random(seed), loss=loss, receive=beside, forgets=forgets)
+    for _ in range(steps):
+        walk.step()
+        truth.look(walk)
+    return beside.steps
+
+
+@pytest.mark.parametrize("forgets", [0.0, 0.03])
+def test_posts_take_only_steps_of_the_model_that_is_proved(forgets: float) -> None:
+    """What they do with each message, on random systems, is what `docs/proofs/Posts.v` lets them do."""
+    assert sum(_beside_the_model(seed, forgets=forgets) for seed in range(1, SYSTEMS + 1)) > 1_500
+
+
+@pytest.mark.parametrize(("fault", "seeds"), FAULTS)
+def test_what_is_no_step_of_the_model_is_noticed(fault: Receive, seeds: int) -> None:
+    """Each rule of the post, broken; forgetting who is gone lets a vehicle in twice."""
+    with pytest.raises(NoStepError):
+        sum(_beside_the_model(seed, fault, loss=0.1) for seed in range(seeds, seeds + SYSTEMS))
