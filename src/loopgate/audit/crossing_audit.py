@@ -47,7 +47,7 @@ class _Parked(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PositionAudit:
-    """The result of an audit of positions: violations, and figures for the summary."""
+    """The result of `audit_positions`: the violations found, and figures for the summary."""
 
     findings: Sequence[Finding]
     figures: dict[str, Any]

@@ -250,7 +250,7 @@ class System:
         return self.moved(configuration, robot)
 
     def moved(self, configuration: Configuration, robot: int) -> Configuration:
-        """Return the configuration after a move, without checking that the move is possible."""
+        """Return the configuration after the next move of `robot`, without checking that it is possible."""
         p = configuration.positions[robot]
         q = self.following[robot][p]
         positions = (*configuration.positions[:robot], q, *configuration.positions[robot + 1 :])
@@ -266,7 +266,7 @@ class System:
         return Configuration(positions, tuple(queues))
 
     def make(self, placement: MutableConfiguration, robot: int) -> int:
-        """Make a move in a mutable configuration, unchecked; return the argument for `take_back`."""
+        """Make the next move of `robot` in place, unchecked; return the old position for `take_back`."""
         p = placement.positions[robot]
         q = placement.positions[robot] = self.following[robot][p]
         left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (p, q))
@@ -277,7 +277,7 @@ class System:
         return p
 
     def take_back(self, placement: MutableConfiguration, robot: int, before: int) -> None:
-        """Undo the last move, made by `robot` from the position `before`."""
+        """Undo the last move in place, which `robot` made from the position `before`."""
         q = placement.positions[robot]
         placement.positions[robot] = before
         left, entered = (self._queue_of.get(self.paths[robot][at]) for at in (before, q))

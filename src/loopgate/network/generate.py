@@ -43,19 +43,19 @@ class FoundLoops:
 class LoopSearch:
     """A search that finds distinct closed loops one after another.
 
-    First random ones: a loop leads from a random edge to another by a shortest path over randomly stretched
-    roads, and back the same way over edges not used yet. Where `admits` is given they prefer roads that no
-    other loop uses, and turn to shorter loops as it gets harder; then they are looked for without that
-    preference. When nothing new comes any more, all closed walks are gone through in a fixed order, as far
-    as a bounded effort leads. The same seed makes the same loops.
+    The search begins with random loops: a shortest path over randomly stretched roads leads from a random
+    edge to another, and a second path over unused edges leads back. With `admits` it prefers roads that no
+    other loop uses, and shorter loops as acceptance gets harder; later it drops this preference. When it
+    finds no new loop, it tries all closed walks in a fixed order, within a bounded effort. The same seed
+    makes the same loops.
 
     Parameters
     ----------
     count
-        How many will be asked for; the random search is the more patient the more.
+        Number of loops to find; the random search tries longer for more loops.
     admits
-        Asked of every new loop in order of the result, so it may remember the loops it has admitted; where it
-        returns False the loop is dropped. The other wishes are those of `LoopOptions`.
+        Function that accepts or refuses each new loop, in order, so that it may remember accepted loops. The
+        other options are those of `LoopOptions`.
     """
 
     def __init__(
@@ -215,21 +215,21 @@ def find_loops(
 ) -> FoundLoops:
     """Find distinct closed loops in the network; no loop uses an edge twice.
 
-    Raises `RouteError` if there is not a single one; the text says why.
+    Raises `RouteError` if there is no loop at all; the message gives the reason.
 
     Parameters
     ----------
     network, count
-        Where, and how many; `LoopSearch` says how they are found.
+        The network, and the number of loops; see `LoopSearch` for the method.
     ease
-        Advice on what to do about `admits`, for the message; may be empty.
+        Advice for the error message on how to loosen `admits`; may be empty.
     progress
         Called with the number of loops found so far.
 
     Notes
     -----
-    Each random attempt costs O(E log E) for the E edges within reach. Where fewer are found than asked for
-    it takes some seconds until that is sure.
+    Each random attempt costs O(E log E) for the E edges within reach. If there are too few loops, the search
+    takes some seconds.
 
     Examples
     --------
@@ -256,7 +256,7 @@ def generate_loops(
 ) -> tuple[Loop, ...]:
     """Find distinct closed loops as `find_loops` does, and return them with the warning.
 
-    Raises `RouteError` if not enough loops were found; the text says how many there are.
+    Raises `RouteError` if not enough loops were found; the message says how many there are.
 
     Examples
     --------

@@ -43,29 +43,26 @@ def make_loop(
 ) -> Loop:
     """Make a loop from edge ids in driving order; the last edge must lead to the first.
 
-    Lanes are chosen so that the vehicle changes lanes as little as possible over the round: the lanes that
-    make the turns, by dynamic programming round the loop. Where it has to change, or could as well take
-    another lane, the spans name all lanes of all ways round with as few changes: SUMO may take any of them.
+    Lanes are chosen by dynamic programming so that a lap has as few lane changes as possible. Where the
+    vehicle must change lanes, or another lane is as good, the spans name all possible lanes, since SUMO may
+    take any of them. Lanes that the opposite edge shares (a track in a street) are used only if there is no
+    other way.
 
-    Lanes that the opposite edge shares (a track in a street) are taken only where there is no other way:
-    SUMO drives beside them if it can, whatever it is told.
-
-    Raises `RouteError` if an edge is missing or closed to the class, two edges are not connected, the last
-    does not lead to the first, or no lanes lead round.
+    Raises `RouteError` if an edge is missing or closed to the vehicle class, two edges are not connected, the
+    last edge does not lead to the first, or no lanes lead round.
 
     Parameters
     ----------
     edges
-        Normal edges in driving order; an edge may come twice.
+        Normal edges in driving order; an edge may occur twice.
     vclass
         SUMO vehicle class that must be allowed.
     source
         File the route comes from, for messages.
     on_lanes
-        Edges on which the vehicle stops, and the lane for it, or -1 for several or any: kept to if there is
-        a way.
+        For each edge with a stop the index of the stop's lane, or -1 for any lane; used if possible.
     leave_on
-        Edges, and the lane on which to leave each: kept to if there is a way.
+        For some edges the index of the lane on which to leave the edge; used if possible.
 
     Examples
     --------

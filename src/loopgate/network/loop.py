@@ -57,7 +57,7 @@ class LaneSpan:
 
     @property
     def length_m(self) -> float:
-        """Length of the lane [m]."""
+        """The length of the lane [m]."""
         return self.end_m - self.begin_m
 
     @property

@@ -50,21 +50,20 @@ def read_loops(
 ) -> RoutesFile:
     """Read the closed routes of a SUMO route file (``.rou.xml``, also gzipped) or of a ``.sumocfg``.
 
-    Types, vehicles and the routes that they name may stand in additional files, too.
+    Types, vehicles and routes may also be in additional files. A route may be inside a vehicle or flow; the
+    loop then has the name of the vehicle or flow. A route is closed if its last edge leads to its first edge,
+    or is its first edge; `repeat` is not needed.
 
-    Routes stand for themselves or inside a vehicle or flow (the loop then bears its name). A route closes
-    if its last edge leads to its first, or is its first (as netedit draws loops); `repeat` is not needed.
-
-    Raises `RouteError` if the file cannot be read, holds no route, or a route is no loop that its vehicle can
-    drive; the text names file, route and edge.
+    Raises `RouteError` if the file cannot be read or has no route, or a route is not a loop that its vehicle
+    can drive; the message names file, route and edge.
 
     Parameters
     ----------
     stops
-        Additional files, with the places that its stops name for example, besides those of a configuration.
+        Further additional files, such as a file of bus stops.
     once
-        Whether vehicles may drive their routes once. If some have to, since these do not close or are trips,
-        all do but those whose route has ``repeat``; trips are led by SUMO's router.
+        Whether vehicles may drive their routes once. If the file has an open route or a trip, all vehicles
+        drive once, except on routes with ``repeat``; SUMO's router finds the routes of trips.
 
     Examples
     --------

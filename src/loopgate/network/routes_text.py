@@ -13,7 +13,7 @@ from loopgate.network.vehicle_type import DEFAULT_TYPE
 def write_loops(loops: Iterable[Loop], file: Path | str, *, note: str = "") -> None:
     """Write loops as a SUMO route file, which SUMO, netedit and `read_loops` can read.
 
-    `note` becomes a comment at the top: how the file was made. Raises `RouteError` if it cannot be written.
+    `note` becomes a comment at the top of the file. Raises `RouteError` if the file cannot be written.
 
     Examples
     --------

@@ -43,7 +43,7 @@ def is_sumo_config(name: str | Path) -> bool:
 def read_sumo_config(file: Path | str) -> SumoConfig:
     """Read a SUMO configuration (``.sumocfg``); file names in it are relative to its folder.
 
-    Raises `RouteError` if it cannot be read or names no network.
+    Raises `RouteError` if the file cannot be read or names no network.
 
     Examples
     --------

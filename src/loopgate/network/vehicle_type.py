@@ -113,8 +113,8 @@ DEFAULT_TYPE = VehicleType()
 def vehicle_type(element: ET.Element, source: str) -> VehicleType:
     """Read a vehicle type from a ``<vType>`` element.
 
-    Raises `RouteError` if a figure is none, or makes no sense (a length of 0, a speed that is infinite); the
-    text names file, type and attribute.
+    Raises `RouteError` if a value is not a number or makes no sense (a length of 0, an infinite speed); the
+    message names file, type and attribute.
     """
     name = element.get("id", "")
     figures: dict[str, float] = {}

@@ -268,7 +268,7 @@ class Scenario:
 
     @property
     def by_messages(self) -> AirSettings | None:
-        """The radio settings if vehicles decide by messages; None if one program decides."""
+        """The radio settings if vehicles decide by messages; None if one central program decides."""
         return read_decide(self.decide)
 
     @property

@@ -29,13 +29,13 @@ def reproduce(
     Parameters
     ----------
     out
-        The folder; it is made if need be.
+        The folder to write; it is made if it does not exist.
     quick
-        Fewer experiments and rounds; the exact figures are the same.
+        Whether to run fewer experiments and rounds; the exact figures are the same.
     seed
-        Where the random numbers begin.
+        Seed of the random numbers.
     progress
-        Called with the number of the steps that are done.
+        Called with the number of completed steps.
     """
     began = time.perf_counter()
     with writing(out):

@@ -23,11 +23,11 @@ class RoundCounts:
     rounds: int
     seed: int
     live: int
-    """Rounds that every robot completed: open paths to their ends, closed ones once round."""
+    """Rounds that all robots completed: open paths to their ends, closed paths once."""
     deadlocked: int
     """Rounds that ended with a circular wait (Def. 3)."""
     stuck: int
-    """Rounds that ended otherwise: the gate admitted nothing."""
+    """Rounds that ended without a circular wait because the gate admitted no move."""
     live_rate: float
     confidence: tuple[float, float]
     """`live_rate` and `confidence`: share of live rounds, and its 95 % interval (Wilson)."""
@@ -63,15 +63,15 @@ def run_rounds(
 ) -> RoundCounts:
     """Play rounds of random moves from the start; a round ends when no robot has a move left.
 
-    A robot on a closed path goes on after its first round, so that it is not in the way of others. The
-    drawing is uniform among the robots admitted, as in Section 5.1 of Zhou et al. 2020.
+    At each step one of the admitted robots moves, drawn uniformly, as in Section 5.1 of Zhou et al. 2020. A
+    robot on a closed path goes on after its first lap, so that it is not in the way of other robots.
 
     Parameters
     ----------
     make
-        Makes the gate anew for each round, since gates may remember moves.
+        Function that makes a new gate for each round, since gates may remember moves.
     rounds, seed
-        How many, and where the random numbers begin.
+        Number of rounds, and seed of the random numbers.
     """
     began = time.perf_counter()
     rng = random.Random(seed)

@@ -58,7 +58,7 @@ def trace_moves(system: System, gate: Gate, moves: Iterable[RobotId]) -> list[Tr
     """Make given moves from the start, and return the gate's answer to every robot at each step.
 
     Raises `SystemModelError` if a move names no robot of the system; `IllegalMoveError` if the gate refuses a
-    move; the text says why.
+    move; the message gives the reason.
     """
     here, gate = system.initial, careful(gate, system)
     steps: list[TraceStep] = []

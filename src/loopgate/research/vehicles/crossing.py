@@ -37,13 +37,14 @@ class Crossing:
     Attributes
     ----------
     keeper, posts
-        Of the crossing, and of the place behind it on each way.
+        The keeper of the crossing, and the post of the place behind the crossing on each way.
     vehicles, where
-        What each knows, and where it really is; the place before the crossing of vehicle n is 2 n.
+        The knowledge of each vehicle, and its real position. The place before the crossing of vehicle n is 2
+        n.
     laps
-        How often each is still to go.
+        Number of times that each vehicle has still to cross.
     flight
-        Messages that are under way; the same one only once.
+        Messages under way, without duplicates.
     """
 
     keeper: Keeper
@@ -62,7 +63,7 @@ class Crossing:
 
 @dataclass(slots=True)
 class Found:
-    """The result of an exploration: states visited, unsafe states, and groups of states that all stay in."""
+    """The result of an exploration: numbers of states, of unsafe states, and of dead ends."""
 
     states: int = 0
     complete: bool = True
@@ -72,7 +73,7 @@ class Found:
 
 
 def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing:
-    """Return the start state: vehicles with the given conflicts between their ways, and laps for each."""
+    """Return a start state of the model: vehicles whose ways conflict by the given pairs, and their laps."""
     ways = [(2 * n, 2 * n + 1) for n in range(len(laps))]
     pairs = frozenset(p for a, b in conflicts for p in ((ways[a], ways[b]), (ways[b], ways[a])))
     return Crossing(
@@ -86,7 +87,7 @@ def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing
 
 
 def unsafe(now: Crossing) -> bool:
-    """Return whether two vehicles are on conflicting ways at the same time."""
+    """Return whether two vehicles are on conflicting ways at the same time in a state of the model."""
     on = [n for n, where in enumerate(now.where) if where in (SETS_OUT, SEEN)]
     return any((_way(a), _way(b)) in now.keeper.conflicts for a in on for b in on)
 
@@ -118,15 +119,15 @@ def explore(
     Parameters
     ----------
     limit
-        Most states.
+        Largest number of states to visit.
     most
-        How many messages are in flight at a time; what leads to more is left out.
+        Largest number of messages under way at a time; states with more are left out.
     gives_back
-        How often grants are given back; what leads to more is left out.
+        Largest number of returned grants; states with more are left out.
     late
-        Whether all have waited for so long that the keeper keeps their ways from younger ones.
+        Whether all vehicles have waited so long that the keeper keeps their ways free from younger vehicles.
     receive, in_time
-        What the keeper does with a message, and whether a vehicle takes a grant for one that lasts.
+        Functions to test: the keeper's reaction to a message, and the vehicle's test whether a lease lasts.
     """
     found = Found()
 

@@ -25,7 +25,7 @@ _LEASE_S = 40.0
 
 
 def rounds(system: System) -> System:
-    """Return the same robots on closed paths, at most one of them in each state at the start."""
+    """Return a system for a random run: closed paths, and at most one robot in each state at the start."""
     made: list[Robot] = []
     taken: set[object] = set()
     for one in system.robots:
@@ -41,19 +41,20 @@ class SurveyWalk:
     Parameters
     ----------
     system
-        Closed paths, one robot to a state.
+        A system of closed paths whose states hold one robot.
     rng
-        Draws what happens next.
+        Source of randomness for the next event.
     loss
-        The share of messages that are lost.
+        Share of messages that are lost.
     receive
-        What monitors do with messages.
+        Function to test: a monitor's reaction to a message.
 
     Attributes
     ----------
     found
-        Moves; those that the central gate refuses (``unsafe``); decisions that differ from the central one
-        where nobody moved meanwhile (``otherwise``); places with two vehicles (``overfull``); messages.
+        Counts of moves; moves that the central gate refuses (``unsafe``); decisions that differ from the
+        central gate's although no vehicle moved meanwhile (``otherwise``); states with two vehicles
+        (``overfull``); messages.
     """
 
     def __init__(
@@ -78,7 +79,7 @@ class SurveyWalk:
         self._moved_s = 0.0
 
     def step(self) -> None:
-        """Do one random event: a request, a repetition, a departure, or the arrival of a message."""
+        """Simulate one random event: a request, a repetition, a departure, or the arrival of a message."""
         self._now_s += 1.0
         rng, lot = self._rng, self._rng.random()
         number = rng.randrange(len(self.cars))
@@ -100,7 +101,7 @@ class SurveyWalk:
                 self._comes(message)
 
     def goes_on(self) -> bool:
-        """Deliver all messages; return whether some vehicle moves, or the central gate admits no move."""
+        """Deliver all messages; return whether some vehicle moves, or the central gate admits no move too."""
         self._loss = 0.0
         before = self.found["moves"]
         for _ in range(3):
@@ -124,7 +125,7 @@ class SurveyWalk:
         self._settle()
 
     def goes_or_gives_up(self, number: int) -> None:
-        """Let a vehicle move if it may, else withdraw its request; deliver all messages."""
+        """Let a vehicle move if it may, otherwise withdraw its request; deliver all messages."""
         self._go(number)
         self._say(number, cars.give_up(self.cars[number]))
         self._settle()

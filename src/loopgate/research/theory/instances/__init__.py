@@ -32,7 +32,7 @@ def instance_names() -> list[str]:
 def instance(name: str) -> System:
     """Return the example system called `name`, such as ``fig10`` or ``unsound_n5``.
 
-    Raises `SystemFileError` if there is none of that name.
+    Raises `SystemFileError` if no example system has the name.
     """
     if name not in instance_names():
         msg = f"instance {name}: there is no such system; there are {', '.join(instance_names())}"
