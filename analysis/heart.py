@@ -17,6 +17,7 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from random import Random
 from time import perf_counter
 from typing import Any, cast
 
@@ -30,6 +31,8 @@ from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
 from loopgate.control.driving import Driving
 from loopgate.control.way import Way
+from loopgate.gates import make_gate
+from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
@@ -169,6 +172,7 @@ def drive(
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
     among, own = bool(scenario.traffic or assembly.others), set(assembly.names)
     here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
+    gate, orders = make_gate(scenario.gate, system), make_negotiation("pressure", Random(scenario.seed))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         options = [
@@ -180,7 +184,7 @@ def drive(
         traffic = start_traffic(options, backend="libsumo", log=folder / "log", yields=among)
         try:
             traffic.step()
-            driving = make_driving(scenario, assembly, traffic, everybody=everybody).driving
+            driving = make_driving(scenario, assembly, traffic, gate, orders, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
             driving.on_leaving = lambda account, why: left.append((account, why))
             driving.lay([way_of(track) for track in later])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from math import inf
 
 from loopgate.control.chain import closes
@@ -16,8 +16,13 @@ _NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
 """Refusals that no vehicle under the gate lifts by moving on."""
 
 
-def blockers(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[list[Vehicle]]:
-    """Return whom a vehicle waits for that is refused: of every set, some vehicle has to move on."""
+def blockers(
+    vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
+) -> list[list[Vehicle]]:
+    """Return whom a vehicle waits for that is refused: of every set, some vehicle has to move on.
+
+    `by_gate`: names those by whom a gate refuses it; none by default, where the chain rule decides.
+    """
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
         return []
@@ -29,20 +34,25 @@ def blockers(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[list[Vehi
         ways = [over.movement.kept_for for over in vehicle.leg.passes]
         kept = {other for other in (wanted.kept_for, *ways) if other not in (None, vehicle)}
         return [[other] for other in sorted(filter(None, kept), key=lambda one: one.number)]
-    circle = closes(vehicle) if vehicle.reason == Reason.DEADLOCK else []
-    if circle:
-        return [[place.line[0] for place in circle if place.line]]
-    return [[other for other in everybody if other is not vehicle]]
+    found: list[Vehicle] = []
+    if by_gate is not None and vehicle.reason != Reason.RESERVE:
+        names = by_gate(vehicle)
+        found = [other for other in everybody if other.name in names]
+    elif vehicle.reason == Reason.DEADLOCK:
+        found = [place.line[0] for place in closes(vehicle) if place.line]
+    return [found or [other for other in everybody if other is not vehicle]]
 
 
-def ahead(vehicle: Vehicle, everybody: Collection[Vehicle]) -> list[Vehicle]:
-    """Return the vehicles that one waits for: the first in its line, else those that block it."""
+def ahead(
+    vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
+) -> list[Vehicle]:
+    """Return the vehicles that one waits for: the first in its line, else its `blockers`."""
     line, wanted = vehicle.leg.place.line, vehicle.wanted()
     if line and line[0] is not vehicle:
         return line[:1]
     if vehicle.asks and vehicle.reason == Reason.STOP and vehicle.stop_m == inf and wanted is not None:
         return wanted.line[:1]  # it waits behind one that is to stop
-    found = {other for some in blockers(vehicle, everybody) for other in some}
+    found = {other for some in blockers(vehicle, everybody, by_gate) for other in some}
     return sorted(found - {vehicle}, key=lambda one: one.number)
 
 

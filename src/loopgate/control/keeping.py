@@ -65,6 +65,10 @@ class Keeping:
         self._named_s: dict[Vehicle, float] = {}
         """Since when a vehicle is a mover [s]."""
         self.most_served = 0
+        self.serve_after_s = PATIENCE_S
+        """The age from which on the oldest requests are served [s]."""
+        self.is_refused: Callable[[Vehicle], bool] = lambda vehicle: bool(full_after(vehicle).circle())
+        """Whether what decides at last would refuse a vehicle, or did."""
         self.is_behind: Callable[[Vehicle], bool] = lambda _: False
         """Whether a vehicle is behind on its loop: then it is passed over for less long."""
 
@@ -87,7 +91,7 @@ class Keeping:
         for vehicle in old:
             soon = vehicle.leg.place in short or self.is_behind(vehicle)
             patience_s = PATIENCE_THERE_S if soon else PATIENCE_S
-            if full_after(vehicle).circle():
+            if self.is_refused(vehicle):
                 vehicle.blocked_s = now_s  # whether it is asked about in this step or not
             late = now_s - vehicle.since_s >= patience_s and vehicle.reason not in _OUTSIDE
             if late and now_s - vehicle.blocked_s >= GIVES_WAY_S:
@@ -101,7 +105,7 @@ class Keeping:
         """Return the vehicles that have waited for a while, but for those that idle: that ends by itself."""
         old: list[Vehicle] = []
         for vehicle in self._waiting:
-            if now_s - vehicle.since_s < PATIENCE_THERE_S:
+            if now_s - vehicle.since_s < min(PATIENCE_THERE_S, self.serve_after_s):
                 break
             if not vehicle.idles():
                 old.append(vehicle)
@@ -133,7 +137,7 @@ class Keeping:
         turned, self._turned = self._turned, {}
         served = 0
         for vehicle in old:
-            if now_s - vehicle.since_s < PATIENCE_S:
+            if now_s - vehicle.since_s < self.serve_after_s:
                 break
             way = full_before(vehicle)
             mover = next_mover(vehicle)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from heapq import heappop, heappush
 from math import inf
 from typing import Final
@@ -54,6 +55,10 @@ class Ledger:
         self.waiting: dict[Vehicle, None] = {}
         """The vehicles that ask, oldest request first."""
         self.keeping: Final = Keeping(self.waiting)
+        self.order: Callable[[list[Vehicle], float], list[Vehicle]] | None = None
+        """A negotiation's order at a time [s]; by default the one with most pressure goes first."""
+        self.wait_s = WAIT_S
+        self.on_grant: Callable[[Vehicle], None] = lambda _: None
         self.now_s = 0.0
         self.looked_at = 0
         self.log: list[tuple[str, Vehicle, Place, str]] = []
@@ -176,15 +181,22 @@ class Ledger:
             self._wake_everybody()
         gone: list[Vehicle] = []
         while self._woken:
-            vehicle = heappop(self._woken)[2]
-            vehicle.woken = False
-            if vehicle.asks and vehicle.leg.place.line[0] is vehicle and self._settle(vehicle):
-                gone.append(vehicle)
-                if self.everybody:
-                    self._wake_everybody()
+            for vehicle in self._next():
+                if vehicle.asks and vehicle.leg.place.line[0] is vehicle and self._settle(vehicle):
+                    gone.append(vehicle)
+                    if self.everybody:
+                        self._wake_everybody()
         self._opening += self._shut
         self._shut.clear()
         return gone
+
+    def _next(self) -> list[Vehicle]:
+        """Return whom to ask about next: the one with most pressure, or all in the order of a negotiation."""
+        woken, one = self._woken, self.order is None
+        found = [heappop(woken)[2] for _ in range(1 if one else len(woken))]
+        for vehicle in found:
+            vehicle.woken = False
+        return found if self.order is None else self.order(found, self.now_s)
 
     def _wake_everybody(self) -> None:
         for vehicle in self.vehicles.values():
@@ -252,7 +264,7 @@ class Ledger:
 
     def take_slot(self, body: Body, at: int) -> None:
         """Let a body hold a slot of its place, behind so many others."""
-        self._change(body.place)
+        body.place.changes(self._turn)
         body.place.bodies.insert(at, body)
         body.vehicle.bodies.append(body)
 
@@ -286,18 +298,9 @@ class Ledger:
     def _rank(self, vehicle: Vehicle) -> float:
         """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
         leg = vehicle.leg
-        before = 0 if leg.after is None else self._held(leg.after.place)
-        return before - self._held(leg.place) - leg.place.outside - (self.now_s - vehicle.since_s) / WAIT_S
-
-    def _held(self, place: Place) -> int:
-        """Return how many slots of a place were held before the first grant of this turn."""
-        return place.held_before if place.changed == self._turn else len(place.bodies)
-
-    def _change(self, place: Place) -> None:
-        """Note how many slots of a place are held before that changes."""
-        if place.changed != self._turn:
-            place.changed = self._turn
-            place.held_before = len(place.bodies)
+        before = 0 if leg.after is None else leg.after.place.held(self._turn)
+        here = leg.place.held(self._turn) + leg.place.outside
+        return before - here - (self.now_s - vehicle.since_s) / self.wait_s
 
     def _settle(self, vehicle: Vehicle) -> bool:
         """Let a vehicle go on, or note why not and what wakes it."""
@@ -345,6 +348,7 @@ class Ledger:
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, ""))
+        self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
         for over in before.passes:
             trip = Trip(body, before, over, self._grants, line_m, begins_m + vehicle.make.length_m)
@@ -385,7 +389,7 @@ class Ledger:
         self._give_back(body)
 
     def _give_back(self, body: Body) -> None:
-        self._change(body.place)
+        body.place.changes(self._turn)
         body.place.bodies.remove(body)
         self._wake_waiting(body.place)
 

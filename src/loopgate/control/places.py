@@ -49,6 +49,16 @@ class Place:
         """Return whether no slot is free."""
         return len(self.bodies) >= self.slots
 
+    def changes(self, turn: int) -> None:
+        """Note how many slots are held before that changes in a turn."""
+        if self.changed != turn:
+            self.changed = turn
+            self.held_before = len(self.bodies)
+
+    def held(self, turn: int) -> int:
+        """Return how many slots were held before the first grant of a turn."""
+        return self.held_before if self.changed == turn else len(self.bodies)
+
 
 class Movement:
     """A way over a junction.

@@ -17,7 +17,7 @@ from loopgate.control.places import Place, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
 PATIENCE_S: Final = 100.0
-"""The longest wait for the reserve, from an empty place into a full one [s]."""
+"""The longest wait for the reserve by default [s]."""
 
 
 def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
@@ -59,11 +59,12 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
 class Reserve:
     """The rule of `loopgate.negotiation.pressure`: leave room in crowded places, for a while.
 
-    A place is `crowded` from this share of its slots on; never, if that is infinite.
+    A place is `crowded` from this share of its slots on; never, if that is infinite. `patience_s`: the
+    longest wait, from an empty place into a full one [s].
     """
 
-    def __init__(self, crowded: float = inf) -> None:
-        self.crowded = crowded
+    def __init__(self, crowded: float = inf, patience_s: float = PATIENCE_S) -> None:
+        self.crowded, self.patience_s = crowded, patience_s
 
     def room_for(self, vehicles: int, places: Iterable[Place]) -> None:
         """Let as much be left as so many vehicles leave free in all places that they come to."""
@@ -76,7 +77,7 @@ class Reserve:
         if wanted is None or len(wanted.bodies) < self.crowded * wanted.slots:
             return None
         fuller = len(wanted.bodies) / wanted.slots - len(here.bodies) / here.slots
-        until_s = vehicle.since_s + PATIENCE_S * fuller
+        until_s = vehicle.since_s + self.patience_s * fuller
         return Refusal("reserve", [wanted], until_s) if now_s <= until_s else None
 
 
@@ -86,10 +87,13 @@ def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal("deadlock", after.places) if after.circle() else None
 
 
-def usual(reserve: Reserve | None = None, outside: Sequence[Rule] = ()) -> list[Rule]:
+def usual(
+    reserve: Reserve | None = None, outside: Sequence[Rule] = (), last: Sequence[Rule] = (chain,)
+) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 
     `reserve`: none by default. `outside`: about what comes from outside, as `loopgate.control.lights.light`.
+    `last`: what decides where all others let a vehicle go.
     """
     leaves_room = [] if reserve is None else [reserve.leaves_room]
-    return [stop, room, kept, crossing, *outside, withheld, *leaves_room, chain]
+    return [stop, room, kept, crossing, *outside, withheld, *leaves_room, *last]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from random import Random
+from typing import Final
 
 from loopgate.model import System
 from loopgate.negotiation.base import Request, View
@@ -44,8 +45,9 @@ class Pressure:
         if not (crowded >= 0 and patience > 0 and wait > 0):
             msg = f"crowded={crowded:g}, patience={patience:g}, wait={wait:g}; expected times above 0"
             raise ValueError(msg)
-        self._given = crowded > 0
-        self._crowded = crowded if self._given else _NO_RESERVE
+        self.given: Final = crowded > 0
+        """Whether `crowded` is the user's, and does not follow from the network."""
+        self._crowded = crowded if self.given else _NO_RESERVE
         self._patience_s = patience
         self._wait_s = wait
 
@@ -56,7 +58,7 @@ class Pressure:
 
     def prepare(self, system: System) -> None:
         """Find the share of taken slots above which a place is crowded. O(states)."""
-        if not self._given:
+        if not self.given:
             self._crowded = max(0.0, 1.0 - len(system.robots) / sum(system.room))
 
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:

@@ -9,16 +9,14 @@ from typing import Any, cast
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
-from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import Reserve, usual
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
-from loopgate.gates.certified import CertifiedGate
+from loopgate.negotiation.base import Negotiation
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
@@ -29,15 +27,16 @@ from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.ledger_departures import LedgerDepartures, way_of
 from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.ledger_gate import AskedGate, Deciding, by_chain
 from loopgate.simulation.ledger_leading import LedgerLeading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
-from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
+from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
 from loopgate.traffic.base import Traffic
 
 
-def check(scenario: Scenario, gate: Gate) -> None:
+def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
     """Refuse a scenario in which the ledger would leave something out.
 
     Raises
@@ -45,13 +44,11 @@ def check(scenario: Scenario, gate: Gate) -> None:
     ScenarioError
         The text names what the ledger lacks.
     """
-    certified = gate if type(gate) is CertifiedGate else None
+    asked = not by_chain(gate)
     lacks = {
-        f"gate {scenario.gate}": certified is None or certified.promise != "everyone",
-        "a start for which more than the chain rule decides": not (certified and certified.by_chain_alone),
-        f"negotiation {scenario.negotiation}": scenario.rule_for_negotiation != "pressure",
+        f"vehicles that depart later under gate {scenario.gate}": bool(asked and assembly.departures),
+        f"incidents under gate {scenario.gate}": asked and assembly.contains,
         f"decide {scenario.decide}": scenario.by_messages is not None,
-        f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
     }
     for what, is_there in lacks.items():
         if is_there:
@@ -134,16 +131,23 @@ class Laid:
     driving: Driving
     around: Reports
     roads: LaidRoads | None
+    asked: AskedGate | None
 
 
 def make_driving(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, *, everybody: bool = False
+    scenario: Scenario,
+    assembly: Assembly,
+    traffic: Traffic,
+    gate: Gate,
+    negotiation: Negotiation,
+    *,
+    everybody: bool = False,
 ) -> Laid:
     """Return what drives the vehicles of a scenario; nobody is there yet. `everybody` as in `Ledger`."""
     abstraction = cast("Abstraction", assembly.abstraction)
     tracks = [*assembly.tracks, *later_ways(assembly)]
     drawn = list({id(track.legs): track.legs for track in tracks}.values())
-    lamps, reserve = Lamps(traffic), Reserve()
+    lamps = Lamps(traffic)
     signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
     roads = None
     if scenario.traffic or assembly.others:
@@ -152,28 +156,36 @@ def make_driving(
     outside: list[Rule] = [spacing.holds] if spacing else []
     outside += [light] if signals else []
     outside += [among(roads.sight, roads.slack)] if roads else []
+    deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
+    ledger = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody)
     driving = Driving(
         traffic,
         Layout(slots_of(assembly), drawn, signals, roads.add if roads else None),
-        Ledger(usual(reserve, outside), everybody=everybody, step_s=scenario.step_s),
+        ledger,
         sight=roads.sight if roads else None,
         stops=assembly.stops,
         has_room=roads.has_room if roads else lambda _: True,
-        reserve=reserve,
+        reserve=deciding.reserve,
         spacing=spacing,
     )
+    driving.parking.gives_up_slots = deciding.asked is None
     lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
-    return Laid(driving, _Around(lights, *([roads] if roads else [])), roads)
+    return Laid(driving, _Around(lights, *([roads] if roads else [])), roads, deciding.asked)
 
 
 def open_ledger(
-    scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder, gate: Gate
+    scenario: Scenario,
+    assembly: Assembly,
+    traffic: Traffic,
+    recorder: Recorder,
+    gate: Gate,
+    negotiation: Negotiation,
 ) -> Session:
     """Return a session in which the ledger drives; `check` has let the scenario pass."""
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
-    laid = make_driving(scenario, assembly, traffic)
+    laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None
-    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack)
+    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack, laid.asked)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
         room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)

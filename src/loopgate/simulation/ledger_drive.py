@@ -19,6 +19,7 @@ from loopgate.drive.histogram import Histogram
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.traffic.base import Traffic
 
 _CHAIN = "chain"
@@ -38,6 +39,8 @@ class LedgerDrive:
         Whose promise holds.
     slack
         Of ordinary traffic, if there is any.
+    asked
+        The gate, if it is another than the chain rule.
     """
 
     def __init__(
@@ -48,12 +51,13 @@ class LedgerDrive:
         ways: Sequence[Way],
         gate: Gate,
         slack: Slack | None = None,
+        asked: AskedGate | None = None,
     ) -> None:
         self._traffic, self._recorder, self.driving, self._ways = traffic, recorder, driving, ways
-        self._slack = slack
+        self._slack, self._asked = slack, asked
+        self._by_gate = asked.blockers if asked else None
         self._ledger = driving.ledger
         self.gate = gate
-        self.sent = 0
         self._times = Histogram()
         recorder.before = self.settle
         driving.on_answer = self._time
@@ -65,7 +69,12 @@ class LedgerDrive:
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
         """Times of the decisions [us]: each counts as the mean of its step."""
-        return {_CHAIN: self._times}
+        return self._asked.times if self._asked else {_CHAIN: self._times}
+
+    @property
+    def sent(self) -> int:
+        """How many messages between vehicles the decisions cost."""
+        return self._asked.messages if self._asked else 0
 
     @property
     def refusals(self) -> Mapping[str, int]:
@@ -186,14 +195,14 @@ class LedgerDrive:
 
     def _refusal(self, name: str) -> tuple[list[list[str]], str]:
         vehicle, every = self._ledger.vehicles[name], self._ledger.vehicles.values()
-        sets = [[other.name for other in some] for some in blockers(vehicle, every)]
+        sets = [[other.name for other in some] for some in blockers(vehicle, every, self._by_gate)]
         sets += [] if self._slack is None else outside(vehicle, self._slack, every)
         return sets, self.wanted(name)
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that one waits for: the first in its line, else those that block it."""
         every = self._ledger.vehicles
-        return [other.name for other in ahead(every[vehicle], every.values())]
+        return [other.name for other in ahead(every[vehicle], every.values(), self._by_gate)]
 
     def asks(self, vehicle: str) -> bool:
         """Return whether a vehicle waits for a grant."""

@@ -265,7 +265,7 @@ def open_session(
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
         if keeping is not None and scenario.engine == "ledger":
-            session = open_ledger(scenario, assembly, traffic, recorder, keeping[1])
+            session = open_ledger(scenario, assembly, traffic, recorder, *keeping[1:])
         else:
             session, close = open_tables(
                 scenario, assembly, traffic, recorder, keeping, window=backend == "gui"
@@ -315,6 +315,6 @@ def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | 
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
     if scenario.engine == "ledger":
-        check_ledger(scenario, gate)
+        check_ledger(scenario, assembly, gate)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return system, gate, orders

@@ -1,0 +1,221 @@
+"""A gate other than the chain rule as a rule of the ledger, and a negotiation as its order."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Sequence
+from math import inf
+from time import perf_counter
+from typing import Final
+
+from loopgate.control.ledger import Ledger
+from loopgate.control.places import Place, Vehicle
+from loopgate.control.refusal import Refusal, Rule
+from loopgate.control.rules import Reserve, chain, usual
+from loopgate.drive.histogram import Histogram
+from loopgate.gates import Decision, Gate, Reason
+from loopgate.gates.careful import careful
+from loopgate.gates.certified import CertifiedGate
+from loopgate.gates.following import following
+from loopgate.model import System
+from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
+from loopgate.negotiation.careful import careful as careful_order
+from loopgate.negotiation.pressure import Pressure
+
+__all__ = ["AskedGate", "Deciding", "Negotiated", "by_chain"]
+
+_REASK_S: Final = 1.0 - 1e-6
+"""A gate is asked again about a refusal at most this often [s]."""
+
+_ELSEWHERE: Final = frozenset(
+    {Reason.OCCUPIED, Reason.CROSSING, Reason.RED, Reason.TRAFFIC, Reason.RESERVE, Reason.SERVICE}
+    | {Reason.SPACING, Reason.STOP}
+)
+"""Refusals that are not the gate's: other rules give them."""
+
+
+class AskedGate:
+    """A gate that is asked about every move that no other rule refuses.
+
+    Parameters
+    ----------
+    system, gate
+        The vehicles as robots that stand as the system says, and the gate made for it.
+
+    Attributes
+    ----------
+    times
+        How long its decisions took, by stage [us].
+    messages
+        How many messages between robots they cost.
+    """
+
+    def __init__(self, system: System, gate: Gate) -> None:
+        self._system, self._asked = system, careful(gate, system)
+        self._following = following(self._asked)
+        self._configuration = system.initial
+        self._number = {str(robot.id): number for number, robot in enumerate(system.robots)}
+        self._decisions: dict[Vehicle, Decision] = {}
+        self._since_move: set[Vehicle] = set()
+        """Those asked about since the last move: nothing else changes an answer."""
+        self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
+        self.messages = 0
+
+    def allows(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
+        """Refuse what the gate refuses: the last of all rules."""
+        if vehicle not in self._since_move:
+            self._ask(vehicle)
+        decision = self._decisions[vehicle]
+        return None if decision.admitted else Refusal(str(decision.reason), at_s=now_s + _REASK_S)
+
+    def _ask(self, vehicle: Vehicle) -> None:
+        began, robot = perf_counter(), self._number[vehicle.name]
+        if self._following is not None:
+            decision = self._following.decide_here(robot)
+        else:
+            decision = self._asked.decide(self._configuration, robot)
+        self.times[decision.stage].add((perf_counter() - began) * 1e6)
+        self.messages += decision.messages
+        self._decisions[vehicle] = decision
+        self._since_move.add(vehicle)
+
+    def moved(self, vehicle: Vehicle) -> None:
+        """Tell the gate of a grant."""
+        self._since_move.clear()
+        robot = self._number[vehicle.name]
+        if self._following is not None:
+            self._following.moved_here(robot)
+        else:
+            self._configuration = self._system.moved(self._configuration, robot)
+            self._asked.moved(self._configuration, robot)
+
+    @staticmethod
+    def refuses(vehicle: Vehicle) -> bool:
+        """Return whether the gate refused a vehicle when it was looked at last."""
+        return vehicle.asks and vehicle.reason not in _ELSEWHERE and vehicle.reason != ""
+
+    def blockers(self, vehicle: Vehicle) -> list[str]:
+        """Return the vehicles of which the gate says that some must move on first."""
+        robots, decision = self._system.robots, self._decisions.get(vehicle)
+        if self._following is not None:  # by now others may be in its way, or none
+            decision = self._following.decide_here(self._number[vehicle.name])
+        return [str(robots[other].id) for other in decision.blockers] if decision else []
+
+
+class Negotiated:
+    """A negotiation that says in which order vehicles are asked about, and which of them wait.
+
+    Parameters
+    ----------
+    before
+        The rules that refuse vehicles before the negotiation hears of them.
+    """
+
+    def __init__(self, system: System, negotiation: Negotiation, before: Sequence[Rule]) -> None:
+        self._negotiation, self._before = careful_order(negotiation), before
+        self._robot = {str(robot.id): number for number, robot in enumerate(system.robots)}
+        self._state = {str(name): number for number, name in enumerate(system.states)}
+        self._places: dict[int, Place] = {}
+        self._waits: set[Vehicle] = set()
+        """Those left out at `_at_s`: until the next step."""
+        self._at_s = -inf
+        if isinstance(self._negotiation, InformedNegotiation):
+            self._negotiation.prepare(system)
+
+    def held(self, state: int) -> int:
+        """Return how many vehicles occupy a place."""
+        return len(self._places[state].bodies)
+
+    def room(self, state: int) -> int:
+        """Return how many more vehicles fit into a place."""
+        return self._places[state].slots - len(self._places[state].bodies)
+
+    def outside(self, state: int) -> int:
+        """Return how many vehicles wait to depart into a place."""
+        return self._places[state].outside
+
+    def order(self, vehicles: list[Vehicle], now_s: float) -> list[Vehicle]:
+        """Return vehicles in the order in which they are to be asked about.
+
+        Those that a rule refuses come first. Those that must move next come before all others.
+        """
+        if now_s != self._at_s:
+            self._waits, self._at_s = set(), now_s
+        refused, movers, ready = list[Vehicle](), list[Vehicle](), dict[Request, Vehicle]()
+        for vehicle in vehicles:
+            wanted = vehicle.wanted()
+            stays = vehicle in self._waits or not vehicle.asks
+            if stays or wanted is None or any(rule(vehicle, now_s) for rule in self._before):
+                refused.append(vehicle)
+            elif wanted.served and wanted.kept_for is vehicle:
+                movers.append(vehicle)
+            else:
+                ready[self._request(vehicle, wanted)] = vehicle
+        going = list(self._negotiation.order(list(ready), self, now_s)) if ready else []
+        waiting = [vehicle for request, vehicle in ready.items() if request not in going]
+        self._waits.update(waiting)
+        return [*refused, *waiting, *movers, *(ready[request] for request in going)]
+
+    def lets(self, vehicle: Vehicle, _now_s: float) -> Refusal | None:
+        """Refuse a vehicle that the negotiation has left out."""
+        return Refusal(str(Reason.RESERVE)) if vehicle in self._waits else None
+
+    def _request(self, vehicle: Vehicle, wanted: Place) -> Request:
+        robot = self._robot.setdefault(vehicle.name, len(self._robot))
+        return Request(robot, self._known(vehicle.leg.place), self._known(wanted), vehicle.since_s)
+
+    def _known(self, place: Place) -> int:
+        number = self._state.setdefault(place.name, len(self._state))
+        self._places[number] = place
+        return number
+
+
+def by_chain(gate: Gate) -> bool:
+    """Return whether the chain rule alone decides; what is derived from that gate decides as it likes."""
+    return type(gate) is CertifiedGate and gate.by_chain_alone
+
+
+class Deciding:
+    """What decides about moves that no other rule refuses, and in which order vehicles are asked about.
+
+    Parameters
+    ----------
+    system, gate, negotiation
+        The vehicles at the start, the gate made for it, and what puts requests in order.
+    serve_after_s
+        The age from which on requests are served where everyone is promised to go on; 0 for never [s].
+
+    Attributes
+    ----------
+    asked
+        The gate, if it is another than the chain rule.
+    reserve
+        How much room is left in crowded places, if that follows from who drives round.
+    """
+
+    def __init__(self, system: System, gate: Gate, negotiation: Negotiation, serve_after_s: float) -> None:
+        self.asked = None if by_chain(gate) else AskedGate(system, gate)
+        self.reserve: Reserve | None = None
+        self._system, self._negotiation = system, negotiation
+        everyone = type(gate) is CertifiedGate and self.asked is None and gate.promise == "everyone"
+        self._serve_after_s = serve_after_s if everyone and serve_after_s else inf
+
+    def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
+        """Return an empty ledger that decides so, after the rules about what comes from outside."""
+        negotiation, asked = self._negotiation, self.asked
+        last: list[Rule] = [asked.allows if asked else chain]
+        if type(negotiation) is Pressure:
+            crowded, patience_s, wait_s = negotiation.figures
+            reserve = Reserve(crowded if negotiation.given else inf, patience_s)
+            self.reserve = None if negotiation.given else reserve
+            ledger = Ledger(usual(reserve, outside, last), everybody=everybody, step_s=step_s)
+            ledger.wait_s = wait_s
+        else:
+            negotiated = Negotiated(self._system, negotiation, usual(None, outside, []))
+            rules = usual(None, [*outside, negotiated.lets], last)
+            ledger = Ledger(rules, everybody=everybody, step_s=step_s)
+            ledger.order = negotiated.order
+        ledger.keeping.serve_after_s = self._serve_after_s
+        if asked is not None:
+            ledger.on_grant, ledger.keeping.is_refused = asked.moved, asked.refuses
+        return ledger
