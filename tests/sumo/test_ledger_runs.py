@@ -17,9 +17,13 @@ from made_networks import netgenerate
 from loopgate.control.ledger import Ledger
 from loopgate.errors import PluginError, ScenarioError
 from loopgate.results.recorder import read_events
+from loopgate.simulation import run as runs
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.start import start_traffic
+from loopgate.simulation.watching.window import COLOURS
+from loopgate.traffic.sumo import SumoTraffic
 
 GRID = str(Path(__file__).resolve().parents[2] / "networks" / "grid5-priority.net.xml")
 
@@ -186,6 +190,28 @@ def test_a_gate_of_the_users_that_fails_ends_the_run_and_is_named(folder: Path, 
     )
     with pytest.raises(PluginError, match="Mine: decide returned"):
         run(folder, "ledger", network=GRID, vehicles=20, loops=10, gate=f"{file}:Mine", duration_s=60.0)
+
+
+def test_vehicles_are_painted_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of them, those that drive in another colour than those that stand."""
+    painted: dict[str, set[tuple[int, int, int]]] = {}
+    shown: list[Any] = []
+
+    def start(*options: Any, **settings: Any) -> SumoTraffic:  # noqa: ANN401  of `start_traffic`
+        return start_traffic(*options, **settings | {"backend": "libsumo"})
+
+    def paint(_: SumoTraffic, vehicle: str, colour: tuple[int, int, int]) -> None:
+        painted.setdefault(vehicle, set()).add(colour)
+
+    monkeypatch.setattr(runs, "start_traffic", start)
+    monkeypatch.setattr(SumoTraffic, "show", lambda _, low, high: shown.append((low, high)))
+    monkeypatch.setattr(SumoTraffic, "paint", paint)
+    monkeypatch.setenv("DISPLAY", ":0")
+    made = Scenario(network=GRID, vehicles=20, loops=10, duration_s=30.0, engine="ledger")
+    assert simulate(made, backend="gui")["clean"]
+    assert len(shown) == 1
+    assert sorted(painted) == sorted(f"v{number}" for number in range(1, 21))
+    assert all(colours >= {COLOURS[0], COLOURS[2]} for colours in painted.values())
 
 
 def test_what_observers_write_fits_together(folder: Path) -> None:

@@ -21,7 +21,6 @@ from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
-from loopgate.simulation.watching.window import Window
 from loopgate.traffic.base import Traffic
 from loopgate.traffic.sumo import SumoTraffic
 
@@ -35,8 +34,6 @@ def open_tables(
     traffic: SumoTraffic,
     recorder: Recorder,
     keeping: Keeping | None,
-    *,
-    window: bool,
 ) -> tuple[Session, Callable[[], None]]:
     """Return a session in which the tables drive, and what ends what it began.
 
@@ -44,8 +41,6 @@ def open_tables(
     ----------
     keeping
         None where SUMO's right of way rules.
-    window
-        Whether the traffic is shown in one.
     """
     fleet = None
     if keeping is not None:
@@ -69,7 +64,6 @@ def open_tables(
         *((parking.look,) if parking and containment and not assembly.stops else ()),
         *(fleet.around.each_step if fleet else ()),
         *spacing,
-        *((Window(traffic, engine, assembly.loops).look,) if window else ()),
     )
     keeper = fleet.keeper if fleet else None
     notes = tuple(parking.notes(assembly.stops)) if parking else ()

@@ -10,7 +10,6 @@ from typing import Any
 
 from loopgate.audit import read_layout, write_layout
 from loopgate.disk import writing
-from loopgate.errors import ScenarioError
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import make_gate
 from loopgate.model import write_system
@@ -48,6 +47,7 @@ from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
+from loopgate.simulation.watching.window import Window
 from loopgate.simulation.ways_driven import as_driven
 
 _SHORT_S, _MOST_OF_IT = 300.0, 0.9
@@ -233,9 +233,6 @@ def open_session(
     LoopgateError
         If the scenario does not fit together, SUMO refuses it, or the disk is full.
     """
-    if backend == "gui" and scenario.engine == "ledger":
-        msg = "engine: ledger paints no vehicles so far; take tables, or leave --gui out"
-        raise ScenarioError(msg)
     said = sumo_options(scenario)
     end_s = assembly.begin_s + scenario.warmup_s + scenario.duration_s
     beside = read_traffic(scenario.traffic) if scenario.traffic else None
@@ -267,10 +264,11 @@ def open_session(
         if keeping is not None and scenario.engine == "ledger":
             session = open_ledger(scenario, assembly, traffic, recorder, *keeping[1:])
         else:
-            session, close = open_tables(
-                scenario, assembly, traffic, recorder, keeping, window=backend == "gui"
-            )
+            session, close = open_tables(scenario, assembly, traffic, recorder, keeping)
             stack.callback(close)
+        if backend == "gui":
+            ways = {start.loop.id: start.loop for start in assembly.everybody}
+            guard.append(Window(traffic, session.engine, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
         notes = (*said.notes, *absent, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)

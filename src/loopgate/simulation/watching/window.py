@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
 
-from loopgate.drive.engine import Engine
-from loopgate.drive.sense import STANDING_MPS
+from loopgate.control.steering import STANDING_MPS
 from loopgate.network import Loop
+from loopgate.simulation.drives import Drive
 
 __all__ = ["COLOURS", "Shown", "Window"]
 
@@ -27,6 +27,11 @@ class Shown(Protocol):
     @property
     def now_s(self) -> float:
         """Simulated time [s]."""
+        ...
+
+    @property
+    def step_s(self) -> float:
+        """Length of a step [s]."""
         ...
 
     def vehicles(self) -> Sequence[str]:
@@ -55,35 +60,38 @@ class Window:
         Loops that the view has to fit.
     """
 
-    def __init__(self, traffic: Shown, engine: Engine, loops: Sequence[Loop]) -> None:
-        self._traffic = traffic
-        self._engine = engine
-        self._number()
+    def __init__(self, traffic: Shown, engine: Drive, loops: Iterable[Loop]) -> None:
+        self._traffic, self._engine = traffic, engine
+        self._at_m: dict[str, float] = {}
+        """What the odometer of each vehicle read at the last look [m]."""
+        self._drove_s: dict[str, float] = {}
+        self._painted: dict[str, int] = {}
         points = np.concatenate([loop.curve()[0] for loop in loops])
         west, south = (points.min(axis=0) - _MARGIN_M).tolist()
         east, north = (points.max(axis=0) + _MARGIN_M).tolist()
         traffic.show((west, south), (east, north))
 
-    def _number(self) -> None:
-        """Begin with the vehicles as the engine numbers them now."""
-        self._changes = self._engine.changes
-        self._ids = [driver.id for driver in self._engine.drivers]
-        self._drove_s = np.full(len(self._ids), self._traffic.now_s)
-        self._painted = np.full(len(self._ids), -1)
-
     def look(self) -> None:
-        """Update the colours of vehicles whose state has changed."""
-        if self._changes != self._engine.changes:
-            self._number()
-        table, now = self._engine.vehicles, self._traffic.now_s
-        drives = table["speed"] >= STANDING_MPS
-        self._drove_s[drives] = now
-        state = np.where(table["held"] & ~np.isnan(table["halted_s"]), _HELD, _STANDS)
-        state[now - self._drove_s >= _JAM_S] = _JAM
-        state[drives] = _DRIVES
-        changed = np.flatnonzero(state != self._painted)
-        on_road = set(self._traffic.vehicles()) if len(changed) else set()
-        for robot in changed.tolist():
-            if self._ids[robot] in on_road:
-                self._traffic.paint(self._ids[robot], COLOURS[state[robot]])
-                self._painted[robot] = state[robot]
+        """Update the colours of vehicles whose state has changed; once a step."""
+        names, at_m = self._engine.odometers()
+        here_m = dict(zip(names, at_m.tolist(), strict=True))
+        state = {name: self._state(name, metres) for name, metres in here_m.items()}
+        self._at_m = here_m
+        self._drove_s = {name: self._drove_s[name] for name in names}
+        self._painted = {name: self._painted[name] for name in names if name in self._painted}
+        changed = [name for name, shown in state.items() if self._painted.get(name) != shown]
+        on_road = set(self._traffic.vehicles()) if changed else set()
+        for name in changed:
+            if name in on_road:
+                self._traffic.paint(name, COLOURS[state[name]])
+                self._painted[name] = state[name]
+
+    def _state(self, name: str, at_m: float) -> int:
+        now_s, moved_m = self._traffic.now_s, at_m - self._at_m.get(name, at_m)
+        since_s = self._drove_s.setdefault(name, now_s)
+        if moved_m >= STANDING_MPS * self._traffic.step_s:
+            self._drove_s[name] = now_s
+            return _DRIVES
+        if now_s - since_s >= _JAM_S:
+            return _JAM
+        return _STANDS if self._engine.refused(name) is None else _HELD

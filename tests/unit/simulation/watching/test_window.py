@@ -1,12 +1,13 @@
 """Who is painted how in sumo-gui."""
 
-from types import SimpleNamespace
+from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from roads import polygon
 
+from loopgate.arrays import Floats
 from loopgate.simulation.watching.window import COLOURS, Window
 
 DRIVES, HELD, STANDS, JAM = COLOURS
@@ -17,7 +18,7 @@ class Screen:
     """Remembers what is painted."""
 
     def __init__(self) -> None:
-        self.now_s = 0.0
+        self.now_s, self.step_s = 0.0, 1.0
         self.box: tuple[tuple[float, float], ...] = ()
         self.painted: list[tuple[str, tuple[int, int, int]]] = []
         self.on_road = ["u", "v", "w"]
@@ -32,10 +33,18 @@ class Screen:
         self.painted.append((vehicle, colour))
 
 
-def table() -> Any:  # noqa: ANN401  as the engine's
-    made = np.zeros(3, dtype=[("speed", float), ("held", bool), ("halted_s", float)])
-    made["halted_s"] = np.nan
-    return made
+class Moves:
+    """What drives the vehicles: odometers, and those that are held at a gate."""
+
+    def __init__(self) -> None:
+        self.at_m = np.zeros(3)
+        self.held: set[str] = set()
+
+    def odometers(self) -> tuple[Sequence[str], Floats]:
+        return "uvw", self.at_m
+
+    def refused(self, vehicle: str) -> object:
+        return vehicle if vehicle in self.held else None
 
 
 @pytest.fixture
@@ -43,14 +52,13 @@ def screen() -> Screen:
     return Screen()
 
 
-def window(screen: Screen, vehicles: Any) -> Window:  # noqa: ANN401  as above
-    drivers = [SimpleNamespace(id=name) for name in "uvw"]
-    return Window(screen, cast("Any", SimpleNamespace(drivers=drivers, vehicles=vehicles, changes=1)), [LOOP])
+def window(screen: Screen, moves: Moves) -> Window:
+    return Window(screen, cast("Any", moves), [LOOP])
 
 
 def test_the_view_fits_the_loops(screen: Screen) -> None:
     """With some room round them."""
-    window(screen, table())
+    window(screen, Moves())
     (west, south), (east, north) = screen.box
     assert (west, south) == (-40.0, -40.0)
     assert (east, north) == (90.0, 120.0)
@@ -58,25 +66,28 @@ def test_the_view_fits_the_loops(screen: Screen) -> None:
 
 def test_painted_by_what_they_do_and_only_when_it_changes(screen: Screen) -> None:
     """One drives, one is held, one stands; after three minutes those that stand are in a jam."""
-    vehicles = table()
-    view = window(screen, vehicles)
-    vehicles["speed"] = [8.0, 0.0, 0.0]
-    vehicles["held"][1], vehicles["halted_s"][1] = True, 5.0
+    moves = Moves()
+    view = window(screen, moves)
+    moves.held.add("v")
     view.look()
-    assert screen.painted == [("u", DRIVES), ("v", HELD), ("w", STANDS)]
+    assert screen.painted == [("u", STANDS), ("v", HELD), ("w", STANDS)]
+    moves.at_m = np.array([8.0, 0.0, 0.0])
     view.look()
-    assert len(screen.painted) == 3
+    moves.at_m = moves.at_m + np.array([8.0, 0.05, 0.0])
+    view.look()
+    assert screen.painted[3:] == [("u", DRIVES)]
     screen.now_s = 180.0
+    moves.at_m = moves.at_m + np.array([8.0, 0.0, 0.0])
     view.look()
-    assert screen.painted[3:] == [("v", JAM), ("w", JAM)]
-    vehicles["speed"][2] = 3.0
+    assert screen.painted[4:] == [("v", JAM), ("w", JAM)]
+    moves.at_m = moves.at_m + np.array([8.0, 0.0, 3.0])
     view.look()
-    assert screen.painted[5:] == [("w", DRIVES)]
+    assert screen.painted[6:] == [("w", DRIVES)]
 
 
 def test_who_is_off_the_road_is_painted_when_it_is_back(screen: Screen) -> None:
     """SUMO knows nobody who has arrived or is being teleported."""
-    view = window(screen, table())
+    view = window(screen, Moves())
     screen.on_road = ["u"]
     view.look()
     assert screen.painted == [("u", STANDS)]
