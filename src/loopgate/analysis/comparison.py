@@ -24,7 +24,7 @@ def compute_mean(
     """Return the mean of a column over the runs of each group, with Student's t interval.
 
     One row per group: `by`, `RUNS`, `MEAN`, `STD`, `LOW`, `HIGH` (in the unit of `value`; the last three are
-    missing for a single run). If no run has a negative value, the interval ends at 0.
+    missing for a single run). If no run has a negative value, `LOW` is at least 0.
 
     Raises `AnalysisError` on a missing column or an invalid level.
 

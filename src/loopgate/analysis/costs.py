@@ -24,8 +24,8 @@ def compute_lap_distribution(
 
     One row per group and quantile: `by`, `LAPS` (of all runs), `QUANTILE`, `LAP_TIME` [s].
 
-    Each run's row has 21 quantiles of its lap times, 5 % apart, so the result is exact to 5 % of each run's
-    distribution. A run counts in proportion to its laps.
+    Each run's row has 21 quantiles of its lap times, 5 % apart. The middle between two of them stands for
+    all laps between them. A run counts in proportion to its laps.
 
     Raises `AnalysisError` on a missing column.
 

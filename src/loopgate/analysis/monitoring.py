@@ -186,7 +186,7 @@ def compute_edges(
     begin_s, end_s
         Period of observation (begin, end] [s].
     since_s
-        See `compute_revisits`.
+        Begin of the simulation [s]; an edge is idle from then until its first visit.
 
     Examples
     --------

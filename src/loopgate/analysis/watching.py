@@ -52,7 +52,7 @@ def compute_watch(
     bound_s
         Longest allowed time between visits [s], for all streets or by street; infinity for no limit.
     since_s
-        See `compute_revisits`.
+        Begin of the simulation [s]; an edge is idle from then until its first visit.
 
     Examples
     --------
@@ -137,7 +137,7 @@ def compute_seen_within(
     begin_s, end_s
         Period of observation (begin, end] [s].
     since_s
-        See `compute_revisits`.
+        Begin of the simulation [s]; an edge is idle from then until its first visit.
     times_s
         The times of the rows [s]; default: a hundred steps from 0 to the longest idleness of a visited
         street.

@@ -98,7 +98,7 @@ class Layout:
     loops: Mapping[str, LoopWay]
     vehicles: Mapping[str, VehicleBody]
     movements: Mapping[str, tuple[str, ...]]
-    """The lanes inside the junction that each movement named in a crossing uses, in driving order."""
+    """The internal lanes of each movement that is in a crossing, in driving order, by the movement's name."""
     shapes: Mapping[str, tuple[tuple[float, float], ...]]
     """Centre lines of lanes [m], by lane."""
     heights: Mapping[str, float] = field(default_factory=dict)

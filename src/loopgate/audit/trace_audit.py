@@ -66,7 +66,7 @@ def audit_events(
     joined
         Robots that joined during the run, each in the state where its vehicle was.
     room
-        Capacity of the states of these robots, by name; robots leave all of them in order.
+        Capacity of the states on the paths of `joined`, by name; all of these states are FIFO.
 
     Returns
     -------

@@ -207,7 +207,7 @@ class System:
         return configuration.queues[q][0] if q is not None and configuration.queues[q] else None
 
     def at_head(self, configuration: Placement, robot: int) -> bool:
-        """Return whether no other robot is ahead of `robot` in a FIFO state."""
+        """Return whether `robot` is first in its state; always true if the state is not FIFO."""
         q = self._queue_of.get(self.state_at(configuration, robot))
         return q is None or configuration.queues[q][0] == robot
 

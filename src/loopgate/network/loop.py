@@ -125,7 +125,7 @@ class Loop:
 
     @property
     def roads(self) -> list[LaneSpan]:
-        """The lanes that the loop uses on its edges, one lane for each edge, without junctions."""
+        """The lanes outside junctions: for each edge the lane on which the loop leaves it."""
         return [span for span in self.spans if not span.internal]
 
     @property

@@ -134,13 +134,13 @@ class RoutesFile:
         return min([*mine, *theirs], default=0.0)
 
     def longest_vehicle(self) -> tuple[float, float]:
-        """Return the largest length and minimum gap [m] of the file's vehicles; else SUMO's."""
+        """Return the largest length and the largest `minGap` [m]; SUMO's defaults without vehicles."""
         drawn = [kind for v in self.vehicles for kind, _ in v.types]
         kinds = [*drawn, *(v.type for v in self.vehicles)] or [self.default]
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
     def drawn(self, seed: int) -> RoutesFile:
-        """Return a copy in which a type and a route are drawn by the seed for each vehicle and flow."""
+        """Return a copy in which each vehicle has one type and one route of its distributions, by the seed."""
         return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:

@@ -40,7 +40,7 @@ _PNG_SCALE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class ReportFiles:
-    """The paths of the files that make up a report."""
+    """The paths of a report's files, and its numbers of figures and tables."""
 
     page: Path
     files: Path | None

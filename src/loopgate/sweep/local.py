@@ -77,7 +77,10 @@ class LocalExecutor(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:  # noqa: FBT001, FBT002
-        """Stop the worker processes: after the running calls, or at once with `cancel_futures`."""
+        """Stop the worker processes when all submitted calls have ended; `wait` returns after that.
+
+        With `cancel_futures` running calls are killed at once, and queued calls are cancelled.
+        """
         if cancel_futures:
             self._stop.set()
             while True:

@@ -37,7 +37,7 @@ class Cause(StrEnum):
     FULL = "full"
     """Another vehicle, or its rear, is in the segment."""
     BUSY = "busy"
-    """Another vehicle that has read the segment, or wants to enter or leave it, still decides."""
+    """Another vehicle has asked to read, enter or leave the segment, and has not yet decided."""
 
 
 @dataclass(frozen=True, slots=True)

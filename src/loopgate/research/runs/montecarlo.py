@@ -61,7 +61,10 @@ def run_rounds(
     seed: int,
     progress: Callable[[int], None] = lambda _: None,
 ) -> RoundCounts:
-    """Play rounds of random moves from the start; a round ends when no robot has a move left.
+    """Play rounds of random moves from the start, and count how they end.
+
+    A round ends when each robot has gone through its path once, or some robots wait for each other for good
+    (`deadlocked`), or no robot may move (`stuck`).
 
     At each step one of the admitted robots moves, drawn uniformly, as in Section 5.1 of Zhou et al. 2020. A
     robot on a closed path goes on after its first lap, so that it is not in the way of other robots.
