@@ -244,8 +244,8 @@ def title(cell: Cell, runs: pd.DataFrame) -> str:
         "random": f"{loops} random loops",
         "one": "one loop that covers all",
         "partition": "a covering loop for each",
-        "revisit": f"{loops} covering loops, as many as 600 s take at the speeds allowed",
-        "margin": f"{loops} covering loops, as many as 600 s take where laps take half as long again",
+        "revisit": f"{loops} covering loops, the fleet for a visit every 600 s at the speed limits",
+        "margin": f"{loops} covering loops, the fleet for a visit every 600 s if laps take 1.5 times as long",
     }
     vehicles = f"{cell.vehicles} vehicles on " if cell.vehicles else "vehicles on "
     among = ", among other traffic, lights obeyed" if cell.traffic else ""
@@ -260,7 +260,7 @@ def renewed(page: str, tables: Iterable[str]) -> str:
     return "\n\n".join(parts.values())
 
 
-ON_PAGE = "40 vehicles on (?!one|a )|80 vehicles on 18 covering|300 vehicles|as many as"
+ON_PAGE = "40 vehicles on (?!one|a )|80 vehicles on 18 covering|300 vehicles|the fleet for"
 """The rows of the overview; the tables of the others are in the file of tables."""
 
 

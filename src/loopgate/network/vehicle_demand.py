@@ -140,7 +140,7 @@ class RoutesFile:
         return max(kind.length_m for kind in kinds), max(kind.min_gap_m for kind in kinds)
 
     def drawn(self, seed: int) -> RoutesFile:
-        """Return a copy in which each vehicle has one type and one route of its distributions, by the seed."""
+        """Return a copy in which each vehicle has one type and one route, drawn from its distributions."""
         return replace(self, vehicles=tuple(one for v in self.vehicles for one in v.drawn(v.id, seed)))
 
     def robots(self) -> tuple[list[str], list[Loop], dict[str, float]]:
