@@ -39,15 +39,12 @@ from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.by_ledger import make_driving, slots_of
-from loopgate.simulation.ledger_departures import due_of, way_of
+from loopgate.simulation.ledger_departures import NEVER_FULL, due_of, way_of
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 from loopgate.traffic.base import Traffic
-
-_NEVER_FULL = 1 << 30
-"""How many vehicles are taken to fit where vehicles go that arrive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +186,7 @@ def drive(
             driving.on_leaving = lambda account, why: left.append((account, why))
             driving.lay([way_of(track) for track in later])
             driving.take_in(ways[: len(here)])
-            room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
+            room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
             departures = Departures(traffic, driving, due_of(assembly.network, assembly.departures), room)
             turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
             gc.collect()

@@ -120,6 +120,27 @@ def test_loops_that_depart_later_leave_room_for_trips(folder: Path, tmp_path: Pa
     assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.05)
 
 
+@pytest.mark.parametrize("gate", ["banker", "one-step", "certified:promise=somebody"])
+def test_vehicles_depart_later_under_any_gate(folder: Path, tmp_path: Path, gate: str) -> None:
+    """Loops and trips; a gate that knows the vehicles at its start only is made anew for all."""
+    ends = [("A0B0", "D4E4"), ("E4D4", "B0A0"), ("A4A3", "E1E0"), ("E0E1", "A3A4")]
+    rows = [f'<trip id="t{n}" depart="{4 * n}" from="{ends[n][0]}" to="{ends[n][1]}"/>' for n in range(4)]
+    ring = ["B1C1", "C1C2", "C2B2", "B2B1"]
+    rows += [
+        f'<vehicle id="l{n}" depart="{9 * n}"><route edges="{edges}" repeat="9"/></vehicle>'
+        for n in range(3)
+        for edges in (" ".join(ring[n:] + ring[:n]),)
+    ]
+    file = tmp_path / "later.rou.xml"
+    file.write_text(f"<routes>{''.join(rows)}</routes>")
+    given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 200.0, "gate": gate}
+    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    assert mine["clean"]
+    assert (mine["departed"], mine["arrived"]) == (theirs["departed"], theirs["arrived"])
+    assert mine["arrived"] >= 3
+    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.03)
+
+
 def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
     """On one ring: stops are made and missed as under the tables, and vehicles are held to be spaced."""
     file = tmp_path / "ring.rou.xml"

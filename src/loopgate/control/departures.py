@@ -74,8 +74,8 @@ class Departures:
         In the order in which they want to depart.
     slots
         How many all places on the road hold.
-    may_stay
-        Whether one that drives round leaves room for all others for ever.
+    admits
+        Whether all can go on with one more, for ever.
     """
 
     def __init__(
@@ -84,9 +84,9 @@ class Departures:
         driving: Driving,
         due: Sequence[Due],
         slots: int,
-        may_stay: Callable[[Way], bool] = lambda _: True,
+        admits: Callable[[Way], bool] = lambda _: True,
     ) -> None:
-        self._traffic, self._driving, self._may_stay = traffic, driving, may_stay
+        self._traffic, self._driving, self._admits = traffic, driving, admits
         self._coming = deque(due)
         self._by_name = {one.way.vehicle: one for one in due}
         self._outside: dict[tuple[str, bool], list[Due]] = {}
@@ -151,7 +151,7 @@ class Departures:
         if now_s < self._tried_s.get(way.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
             return False
         self._tried_s[way.vehicle] = now_s
-        if not driving.ledger.fits(leg) or (one.again and not self._may_stay(way)):
+        if not driving.ledger.fits(leg) or not self._admits(way):
             return False
         driving.ledger.shut(leg.place)
         if not driving.let_in(way, one.insertion):

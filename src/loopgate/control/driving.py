@@ -328,9 +328,9 @@ class Driving:
         """Answer requests, and carry out what comes of it."""
         if self.sight is not None:
             self.sight.look(self.ledger.vehicles, self.changes)
-        looked_at, began = self.ledger.looked_at, perf_counter()
+        decisions, began = self.ledger.decisions, perf_counter()
         self.ledger.answer(now_s)
-        self.on_answer(self.ledger.looked_at - looked_at, perf_counter() - began)
+        self.on_answer(self.ledger.decisions - decisions, perf_counter() - began)
         gone, stay = write_down(self.ledger, self.diaries, self.rows)
         for vehicle in gone:
             if vehicle.held:

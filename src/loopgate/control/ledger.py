@@ -60,7 +60,7 @@ class Ledger:
         self.wait_s = WAIT_S
         self.on_grant: Callable[[Vehicle], None] = lambda _: None
         self.now_s = 0.0
-        self.looked_at = 0
+        self.looked_at = self.decisions = 0
         self.log: list[tuple[str, Vehicle, Place, str]] = []
         """What has happened since somebody took note of it, in order: `GRANTED`, `REFUSED` (for a new
         reason), `LEFT` by a rear, or `BRAKES` (behind one that has not asked); vehicle, place, reason."""
@@ -273,9 +273,8 @@ class Ledger:
         if first is vehicle:
             self.ask(vehicle)
         elif not vehicle.held and not (first.held and first.speed == 0.0 and not first.beside):
-            self.log.append(
-                (BRAKES, vehicle, vehicle.leg.place, "")
-            )  # the first asks, and so does it, too late to stop at the line
+            # The first asks, and so does it, too late to stop at the line.
+            self.log.append((BRAKES, vehicle, vehicle.leg.place, ""))
 
     def _aim(self, vehicle: Vehicle) -> None:
         """Say where something is to be done next for a vehicle."""
@@ -308,6 +307,7 @@ class Ledger:
         for rule in self.rules:
             refusal = rule(vehicle, self.now_s)
             if refusal is not None:
+                self.decisions += rule is self.rules[-1]
                 if vehicle.reason != refusal.reason:
                     vehicle.reason = refusal.reason
                     vehicle.refused_s.setdefault(refusal.reason, self.now_s)
@@ -316,8 +316,8 @@ class Ledger:
                     self.refusals[refusal.reason] = self.refusals.get(refusal.reason, 0) + 1
                 self._sleep(vehicle, refusal)
                 return False
-        vehicle.asks = False
-        self.waiting.pop(vehicle, None)
+        self.decisions += 1
+        self.withdraw(vehicle)
         vehicle.reason = ""
         vehicle.refused_s.clear()
         vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)

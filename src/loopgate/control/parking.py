@@ -14,6 +14,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.motion import braking_m
 from loopgate.control.places import Body, Place, Vehicle
 from loopgate.control.roads import STANDING_MPS
+from loopgate.control.rules import chain
 from loopgate.traffic.base import Traffic
 
 # Words of `loopgate.results.columns.Event`.
@@ -102,8 +103,6 @@ class Parking:
         self, traffic: Traffic, ledger: Ledger, has_room: Callable[[Vehicle], bool], rows: list[Row]
     ) -> None:
         self._traffic, self._ledger, self._has_room, self._rows = traffic, ledger, has_room, rows
-        self.gives_up_slots = True
-        """Whether vehicles that park do: where the chain rule decides."""
         self._beside: dict[Vehicle, None] = {}
         self._coming: set[Vehicle] = set()
         """The vehicles that have a slot again and are not on the road yet."""
@@ -116,7 +115,8 @@ class Parking:
 
     def begin(self, vehicle: Vehicle, why: str = "") -> bool:
         """Take the slot of a vehicle that has just parked; return whether it gave it up."""
-        if not (self.gives_up_slots and self._ledger.step_aside(vehicle)):
+        # Another gate knows of no vehicle that is in no place.
+        if chain not in self._ledger.rules or not self._ledger.step_aside(vehicle):
             return False
         self._beside[vehicle] = None
         self._note(vehicle, PARK, why)

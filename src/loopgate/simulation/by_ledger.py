@@ -13,6 +13,7 @@ from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.spacing import Ring, Spacing
+from loopgate.control.way import Way
 from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
@@ -25,9 +26,10 @@ from loopgate.simulation.containment import Containment
 from loopgate.simulation.drives import Made, Reports
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
-from loopgate.simulation.ledger_departures import LedgerDepartures, way_of
+from loopgate.simulation.ledger_departures import NEVER_FULL, LedgerDepartures, way_of
 from loopgate.simulation.ledger_drive import LedgerDrive
-from loopgate.simulation.ledger_gate import AskedGate, Deciding, by_chain
+from loopgate.simulation.ledger_gate import AskedGate, Deciding
+from loopgate.simulation.ledger_joining import JoinedGate
 from loopgate.simulation.ledger_leading import LedgerLeading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
@@ -36,7 +38,7 @@ from loopgate.simulation.session import Session
 from loopgate.traffic.base import Traffic
 
 
-def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
+def check(scenario: Scenario) -> None:
     """Refuse a scenario in which the ledger would leave something out.
 
     Raises
@@ -44,20 +46,9 @@ def check(scenario: Scenario, assembly: Assembly, gate: Gate) -> None:
     ScenarioError
         The text names what the ledger lacks.
     """
-    asked = not by_chain(gate)
-    lacks = {
-        f"vehicles that depart later under gate {scenario.gate}": bool(asked and assembly.departures),
-        f"incidents under gate {scenario.gate}": asked and assembly.contains,
-        f"decide {scenario.decide}": scenario.by_messages is not None,
-    }
-    for what, is_there in lacks.items():
-        if is_there:
-            msg = f"engine: ledger works without {what} so far; take tables"
-            raise ScenarioError(msg)
-
-
-_NEVER_FULL = 1 << 30
-"""How many vehicles are taken to fit where vehicles go that arrive."""
+    if scenario.by_messages is not None:
+        msg = f"engine: ledger works without decide {scenario.decide} so far; take tables"
+        raise ScenarioError(msg)
 
 
 def later_ways(assembly: Assembly) -> list[Track]:
@@ -72,7 +63,7 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
     system, later = abstraction.system, later_ways(assembly)
     if later or assembly.contains:
         slots = {str(name): most for name, most in abstraction.room.items()}
-        return slots | {str(track.legs[-1].state): _NEVER_FULL for track in later if track.legs[-1].away}
+        return slots | {str(track.legs[-1].state): NEVER_FULL for track in later if track.legs[-1].away}
     rooms = zip(system.states, system.room, system.private, strict=True)
     return {str(name): len(system.robots) if own else room for name, room, own in rooms}
 
@@ -168,9 +159,20 @@ def make_driving(
         reserve=deciding.reserve,
         spacing=spacing,
     )
-    driving.parking.gives_up_slots = deciding.asked is None
     lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
     return Laid(driving, _Around(lights, *([roads] if roads else [])), roads, deciding.asked)
+
+
+def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Way], bool] | None:
+    """Return what admits vehicles that come later, if not all places and those that drive round say it.
+
+    `there`: how many vehicles are there at the beginning.
+    """
+    if laid.asked is not None:
+        joined = JoinedGate(scenario.gate, laid.driving, laid.asked, there)
+        laid.asked.look = joined.look
+        return joined.admits
+    return None if getattr(gate, "promise", "") == "everyone" else lambda _: True
 
 
 def open_ledger(
@@ -188,8 +190,15 @@ def open_ledger(
     drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack, laid.asked)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
-        room = sum(most for most in slots_of(assembly).values() if most < _NEVER_FULL)
-        departures = LedgerDepartures(assembly.departures, assembly.network, traffic, driving, room)
+        room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
+        departures = LedgerDepartures(
+            assembly.departures,
+            assembly.network,
+            traffic,
+            driving,
+            room,
+            _admits(scenario, gate, laid, len(ways)),
+        )
         looks.append(departures.look)
     rerouting = containment = None
     if assembly.anew or assembly.contains:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf
+from typing import Final
 
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures as Rules
@@ -17,6 +18,9 @@ from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.fleet.departures import Arrived, Departures
 from loopgate.traffic.base import Traffic
+
+NEVER_FULL: Final = 1 << 30
+"""How many vehicles are taken to fit where vehicles go that arrive."""
 
 
 def way_of(track: Track, *, foreseen: bool = True) -> Way:
@@ -60,6 +64,9 @@ class LedgerDepartures(Departures):
         Drives all that are there from the beginning.
     slots
         How many vehicles all places on the road hold.
+    admits
+        Whether the gate admits a vehicle that is to come; where the chain rule decides by itself, condition
+        (S) of `loopgate.gates.certified.crowding` says it of those that drive round.
     """
 
     def __init__(
@@ -69,8 +76,10 @@ class LedgerDepartures(Departures):
         traffic: Traffic,
         driving: Driving,
         slots: int,
+        admits: Callable[[Way], bool] | None = None,
     ) -> None:
         super().__init__(departures)
+        self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
         self._due, self._slots = due_of(network, departures), slots
         self._rules: Rules | None = None
@@ -89,15 +98,14 @@ class LedgerDepartures(Departures):
         """Insert the vehicles that are due and may depart."""
         if self._rules is None:  # all who are there from the beginning are there now
             rules = self._traffic, self._driving, self._due, self._slots
-            self._rules = Rules(*rules, may_stay=self._may_stay)
+            self._rules = Rules(*rules, admits=self._admits)
         self._rules.look()
 
     def _may_stay(self, way: Way) -> bool:
-        """Return whether everybody can go on for ever with one more that drives round, and who passes later.
-
-        That is condition (S) of `loopgate.gates.certified.crowding`.
-        """
+        """Return whether all can go on for ever, trips to come too, with one more that drives round."""
         driving = self._driving
+        if way.legs[-1].away:
+            return True
         coming = [one for one in (*driving.coming, way) if not one.legs[-1].away]
         number: dict[Place, int] = {}
         loops, passing = (

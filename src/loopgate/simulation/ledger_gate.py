@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import inf
 from time import perf_counter
 from typing import Final
@@ -51,6 +51,14 @@ class AskedGate:
     """
 
     def __init__(self, system: System, gate: Gate) -> None:
+        self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
+        self.messages = 0
+        self.look: Callable[[], None] = lambda: None
+        """Called before the gate is asked: where vehicles have come or gone, `go_by` comes first."""
+        self.go_by(system, gate)
+
+    def go_by(self, system: System, gate: Gate) -> None:
+        """Ask another gate from now on, made for the vehicles as they are."""
         self._system, self._asked = system, careful(gate, system)
         self._following = following(self._asked)
         self._configuration = system.initial
@@ -58,11 +66,10 @@ class AskedGate:
         self._decisions: dict[Vehicle, Decision] = {}
         self._since_move: set[Vehicle] = set()
         """Those asked about since the last move: nothing else changes an answer."""
-        self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
-        self.messages = 0
 
     def allows(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
         """Refuse what the gate refuses: the last of all rules."""
+        self.look()
         if vehicle not in self._since_move:
             self._ask(vehicle)
         decision = self._decisions[vehicle]
@@ -96,6 +103,7 @@ class AskedGate:
 
     def blockers(self, vehicle: Vehicle) -> list[str]:
         """Return the vehicles of which the gate says that some must move on first."""
+        self.look()
         robots, decision = self._system.robots, self._decisions.get(vehicle)
         if self._following is not None:  # by now others may be in its way, or none
             decision = self._following.decide_here(self._number[vehicle.name])

@@ -13,6 +13,7 @@ from loopgate.control.blocking import ahead
 from loopgate.control.driving import Driving
 from loopgate.control.leading import wait_again, wait_for_nothing
 from loopgate.control.places import Vehicle
+from loopgate.control.rules import chain
 from loopgate.drive.track import Track
 from loopgate.simulation.ledger_departures import way_of
 from loopgate.traffic.base import Traffic
@@ -150,6 +151,8 @@ class LedgerLeading:
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
         """Lead a vehicle on by another way from its place on; return whether that can be done now."""
+        if chain not in self._ledger.rules:
+            return False  # another gate knows the ways at its start
         led = self.driver_of[vehicle]
         track = replace(track, vehicle=vehicle, start_position=position)
         begins = [begin_m for begin_m, _ in track.edges]

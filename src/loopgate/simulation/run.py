@@ -313,6 +313,6 @@ def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | 
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
     if scenario.engine == "ledger":
-        check_ledger(scenario, assembly, gate)
+        check_ledger(scenario)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return system, gate, orders
