@@ -35,3 +35,21 @@ def test_help_of_a_scenario_shows_plain_types() -> None:
     shown = pydoc.plain(pydoc.render_doc(loopgate.Scenario))
     assert "network: str, routes: str = ''" in shown
     assert "Annotated" not in shown.partition("Attributes")[0].partition("Methods defined")[0]
+
+
+RECORDS = ("ReportFiles", "SweepOutcome")
+"""Classes that only hold what a function returns; the example is the function's."""
+
+
+@pytest.mark.parametrize("name", loopgate.__all__)
+def test_help_of_each_name_can_be_read(name: str) -> None:
+    """A sentence of its own, an example, and nothing that only the machine understands."""
+    shown = pydoc.plain(pydoc.render_doc(getattr(loopgate, name)))
+    own = shown.partition("Methods defined here")[0].partition("Methods inherited")[0]
+    assert ">>> " in own or name in RECORDS
+    assert " object at 0x" not in shown
+    assert "<lambda>" not in own
+    assert "Annotated[" not in own
+    first = (getattr(loopgate, name).__doc__ or "").partition("\n")[0]
+    assert first.endswith(".")
+    assert len(first.split()) > 3

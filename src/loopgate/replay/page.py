@@ -71,9 +71,7 @@ class Replay:
         )
 
 
-def make_replay(
-    *folders: Path | str, report: Callable[[int, int], None] = lambda _done, _total: None
-) -> Replay:
+def make_replay(*folders: Path | str, report: Callable[[int, int], None] | None = None) -> Replay:
     """Return a replay of one run, or of two runs side by side on one clock.
 
     Raises `ResultsError` if there are not one or two runs, or a run cannot be read or has neither loops nor
@@ -82,7 +80,7 @@ def make_replay(
     Parameters
     ----------
     report
-        Called with the percentage done, for each run.
+        Called with the number of parts done so far, and the number of all parts: a hundred for each run.
 
     Examples
     --------
@@ -98,7 +96,8 @@ def make_replay(
     total = 100 * len(folders)
 
     def part(before: int, done: int) -> None:
-        report(before + done, total)
+        if report is not None:
+            report(before + done, total)
 
     paths = [as_path(folder, "run folder", ResultsError) for folder in folders]
     scenes = [load_scene(path, partial(part, 100 * n)) for n, path in enumerate(paths)]

@@ -143,7 +143,7 @@ def _said(name: str) -> str:
 
 
 def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every: bool = True) -> list[str]:
-    """Say with which rule most is driven, compared with the others or the best of each other rule."""
+    """Return sentences on the rule with the greatest throughput, compared with the other rules."""
     peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
     if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
         peaks = peaks.assign(**{a.AT_BORDER: False})
@@ -153,9 +153,7 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
     much = f"{number(best[a.PEAK])} vehicle-km/h"
     if len(runs) == 1:
         return [f"{much} with {_said(best[SERIES])}."]
-    text = (
-        f"most is driven with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles{_border(best)}"
-    )
+    text = f"vehicles drive most with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles{_border(best)}"
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
@@ -195,7 +193,7 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
             plural = "s" if len(part) > 1 else ""
             pairs = int(part[a.PAIRS].max())
             of = "one run" if pairs == 1 else f"at most {pairs} runs"
-            counts = f"{of} of each at {len(part)} vehicle count{plural}, so luck cannot be told from merit"
+            counts = f"{of} of each at {len(part)} vehicle count{plural}, so the difference may be chance"
         else:
             counts = (
                 f"more at {len(up)} and less at {len(down)} of {len(sure)} vehicle counts "

@@ -54,7 +54,7 @@ def write_report(
     page: Path | str,
     *,
     files: Path | str | None = None,
-    report: Callable[[int, int], None] = lambda _done, _total: None,
+    report: Callable[[int, int], None] | None = None,
 ) -> ReportFiles:
     """Write an HTML report on results, with its figures and tables as files beside it.
 
@@ -88,7 +88,7 @@ def write_report(
         raise ResultsError(msg)
     folder = Path(files) if files is not None else page.with_name(f"{page.stem}-files")
     try:
-        return _write(results, page, folder, report)
+        return _write(results, page, folder, report or (lambda _done, _total: None))
     except ResultsError:
         raise
     except OSError as error:

@@ -71,7 +71,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
     retry_failed: bool = False,
     keep_runs: bool = False,
     window: int | None = None,
-    report: Callable[[Progress], None] = lambda _: None,
+    report: Callable[[Progress], None] | None = None,
 ) -> SweepOutcome:
     """Run all scenarios of a sweep that have no row in the results folder yet.
 
@@ -93,6 +93,8 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         Whether to keep each run folder in ``folder/runs/KEY`` (workers must share the file system).
     window
         Largest number of calls in the executor at once; default: four per worker.
+    report
+        Called with the progress after each run.
 
     Examples
     --------
@@ -110,7 +112,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
         store.write_manifest(_manifest(sweep, points, folder))
         again = {None, c.STATUS_FAILED} if retry_failed else {None}
         todo = [p for p in points if store.finished(p.key) in again]
-        state = _State(store, len(points), len(points) - len(todo), report)
+        state = _State(store, len(points), len(points) - len(todo), report or (lambda _: None))
         tasks = deque(
             Task(
                 point,

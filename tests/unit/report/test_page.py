@@ -118,7 +118,7 @@ def test_the_headline_is_made_from_the_figures(full: Full) -> None:
     runs = results.runs
     best = runs[(runs["gate"] == "certified") & (runs["vehicles"] == 80)]["km_per_h"].mean()
     said = f"{best:,.0f}".replace(",", " ")
-    best_of_all = f"most is driven with loopgate: {said} vehicle-km/h with 80 vehicles"
+    best_of_all = f"vehicles drive most with loopgate: {said} vehicle-km/h with 80 vehicles"
     assert f"{best_of_all} (capacity > 80, not reached)" in text
     assert "loopgate in 0 of 9 (95 % interval 0 to 30 %)" in text
     assert "SUMO's rules in 3 of 9 (95 % interval" in text
@@ -270,7 +270,7 @@ def test_the_title_and_the_first_sentence_say_what_came_out(full: Full) -> None:
     text = parse(full[1]).text
     assert text.startswith("SUMO's rules and loopgate on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 3 seeds, 400 s each: ") :]
-    assert "most is driven with loopgate" in sentence
+    assert "vehicles drive most with loopgate" in sentence
     assert "; runs that lock up: SUMO's rules in 3 of 9, loopgate in 0 of 9." in sentence
 
 
@@ -283,7 +283,7 @@ def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> 
     assert text.startswith("SUMO's rules and loopgate, by lights and types, on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 1 seed, 400 s each: ") :]
     sentence = sentence[: sentence.index(" Report on")]
-    assert "most is driven with \u201cloopgate, lights obeyed, types bus=1,passenger=3\u201d" in sentence
+    assert "vehicles drive most with \u201cloopgate, lights obeyed, types bus=1,passenger=3\u201d" in sentence
     assert sentence.count("at its best") == 1
     assert "; runs that lock up: SUMO's rules in " in sentence
     assert len(sentence) < 400

@@ -56,7 +56,7 @@ def explore(
     counterexample: bool = False,
     memory_gb: float = 4.0,
     limit: int | None = None,
-    progress: Callable[[int], None] = lambda _: None,
+    progress: Callable[[int], None] | None = None,
 ) -> ExplorationFigures:
     """Visit every configuration that is reachable from the start under `gate`, and count deadlocks.
 
@@ -90,8 +90,9 @@ def explore(
     """
     system = of_kind(System, system, "explore: the system", SystemModelError, "a System")
     began = time.perf_counter()
-    space = StateSpace(system, memory_gb=memory_gb, limit=limit, progress=progress)
-    reach = Reach(space, asking(space, gate), progress)
+    tell = progress or (lambda _: None)
+    space = StateSpace(system, memory_gb=memory_gb, limit=limit, progress=tell)
+    reach = Reach(space, asking(space, gate), tell)
     order, live = reach.order, space.live
     good = space.keeping(promise_of(gate))
     dead = order[~(live | space.locked)[order]]
