@@ -153,7 +153,8 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
     much = f"{number(best[a.PEAK])} vehicle-km/h"
     if len(runs) == 1:
         return [f"{much} with {_said(best[SERIES])}."]
-    text = f"vehicles drive most with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles{_border(best)}"
+    where = f"{much} with {best[a.CAPACITY]} vehicles{_border(best)}"
+    text = f"vehicles drive most with {_said(best[SERIES])}: {where}"
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
