@@ -166,7 +166,7 @@ def compute_time_space(
 def compute_stuck(
     *, vehicles: pd.DataFrame, events: pd.DataFrame, end_s: float, after_s: float = 300.0
 ) -> pd.DataFrame:
-    """Return the vehicles that stood for long at the end of the run, and the vehicle that blocks each.
+    """Return the vehicles that stood for long at the end of the run, and the circles of the deadlocks.
 
     One row per vehicle, the longest standing first: `VEHICLE`, `LOOP`, `SINCE` [s], `STANDING` [s],
     `WAITS_FOR` (the next vehicle in its deadlock; empty for vehicles in no deadlock), `X`, `Y` [m].

@@ -145,7 +145,8 @@ def compute_time_to_deadlock(
     Parameters
     ----------
     runs
-        As for `compute_survival`.
+        One row per run, with `FIRST_DEADLOCK` [s] (missing: none) and `OBSERVED` [s]; failed runs are left
+        out.
     horizon_s
         Time at which the restricted mean is cut off [s]; default: the longest time up to which all curves are
         known, so that groups can be compared.

@@ -35,9 +35,10 @@ def compute_watch(
 ) -> pd.DataFrame:
     """Return visits, revisit intervals and idleness of every street; the longest idle street first.
 
-    Columns: `WATCH_COLUMNS`: those of `compute_revisits`, `HEADWAY_CV` (standard deviation over mean of the
-    revisit intervals; NaN for fewer than two), `BUNCHED` (share of intervals below a quarter of the mean; NaN
-    without one), `BOUND` [s] and `WITHIN` (share of the period in which the idleness is at most the bound).
+    One row per street with the columns `WATCH_COLUMNS`: all columns of `compute_revisits`; `HEADWAY_CV`
+    (standard deviation over mean of the revisit intervals; NaN for fewer than two), `BUNCHED` (share of
+    intervals below a quarter of their mean; NaN without one), `BOUND` (the bound [s]) and `WITHIN` (share of
+    the period in which the idleness is at most the bound).
 
     Raises `AnalysisError` on a missing column or an empty period.
 
@@ -46,7 +47,7 @@ def compute_watch(
     events
         `EVENT_COLUMNS`, in any order.
     streets
-        All edges to be seen, those that nobody visits included.
+        All edges to watch, visited or not.
     begin_s, end_s
         Period of observation (begin, end] [s].
     bound_s
@@ -133,7 +134,7 @@ def compute_seen_within(
     events
         `EVENT_COLUMNS`, in any order.
     streets
-        All edges to be seen, those that nobody visits included.
+        All edges to watch, visited or not.
     begin_s, end_s
         Period of observation (begin, end] [s].
     since_s

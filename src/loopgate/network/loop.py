@@ -30,7 +30,7 @@ class LanePosition(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class LaneSpan:
-    """One lane of a loop, over its whole length."""
+    """One lane of a loop, with the arc lengths of its beginning and end."""
 
     edge: str
     lane: int
@@ -186,7 +186,8 @@ class Loop:
     def hold_after(self, arc_m: float) -> float:
         """Return the first arc length from `arc_m` on at which SUMO can make a vehicle stop.
 
-        As `hold_before`; the result may lie beyond the loop's length.
+        Vehicles can stop on a normal lane, at least `HOLD_MARGIN_M` from both ends. The result may exceed the
+        loop's length.
         """
         lap = arc_m - arc_m % self.length_m
         here = self._number_at(arc_m)

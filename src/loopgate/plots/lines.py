@@ -222,7 +222,7 @@ def plot_fundamental(
     single: pd.DataFrame | None = None,
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw flow or speed over density from `compute_fundamental`; each run is a point.
+    """Draw flow or speed over density from `compute_fundamental`; single runs are small points.
 
     Examples
     --------

@@ -61,9 +61,9 @@ class Scenario:
     incidents
         TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
     standing
-        ``contain``: nobody is let in behind a vehicle that stands long, or onto what is closed, and loops are
-        led round it; ``leave``: besides, vehicles without a way round leave the road until it is free;
-        ``wait``: vehicles wait until it goes on. For gates that decide by the chain rule.
+        ``contain``: no vehicle enters a blocked place (closed, or with a vehicle that stands long), and loops
+        are led round it; ``leave``: also, vehicles without another way leave the road until it is free;
+        ``wait``: vehicles wait. For gates that decide by the chain rule.
     starving_s
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     traffic
@@ -82,12 +82,12 @@ class Scenario:
     vehicles
         Number of vehicles; 0 for a vehicle per loop.
     vehicles_per_km
-        Instead: vehicles for each kilometre of a loop, at least one vehicle per loop; 0 if not used.
+        Instead of `vehicles`: number for each kilometre of a loop, at least one per loop; 0 if not used.
     on_loops
-        Instead: vehicles on each loop, ``loop0=3,loop4=1``; the other loops have none.
+        Instead of `vehicles`: number on each loop, ``loop0=3,loop4=1``; the other loops have none.
     types
-        Types of vehicles with their shares, ``bus=1,car=4``: of the route file, or SUMO's classes. Empty for
-        the types of the loops in the route file, or cars.
+        Vehicle types of the route file, or SUMO's vehicle classes, with their shares: ``bus=1,car=4``. Empty
+        for the types of the loops in the route file, or cars.
     gate
         A gate's name, with options behind a colon. ``open``: SUMO's right of way rules. ``file.py:Name``: a
         class or function of your own.
@@ -100,8 +100,8 @@ class Scenario:
         The gated vehicles among trips: ``all``, ``loops`` for no trip, a vehicle type, or a file with names.
         The other trips are ordinary traffic. Empty for ``all``.
     serve_after_s
-        Wait for a grant after which the gate serves the vehicle [s]; 0 for never. For gates that promise by
-        the chain rule that every vehicle goes on.
+        Time without a grant after which the gate makes way for a vehicle [s]; 0 for never. For gates that
+        promise by the chain rule that every vehicle goes on.
     decide
         ``central``: one program decides; ``vehicles``, with the options ``range`` [m], ``loss`` and ``delay``
         [s]: vehicles and posts at the road decide slots and the chain rule by messages; ``processes``: the
@@ -113,15 +113,15 @@ class Scenario:
         ``advice``: each vehicle is told its speed. ``none``: no spacing. Empty for ``hold`` in a gated run
         with `revisit_s`, otherwise ``none``.
     drivers
-        ``human``: as the vehicle types say. ``machine``: no dawdling, no spread of speeds, and a headway of
-        half a second or a step, also under ``open``.
+        ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
+        headway of half a second or a step, also under ``open``.
     engine
         ``tables``, or, on trial, ``ledger`` (`loopgate.control`): plain Python, nothing is compiled. What the
         ledger cannot do yet is refused.
     starts
-        ``even``: vehicles in proportion to the time of a lap, evenly round each loop. ``random``: as many
-        vehicles on each loop, at random places, unless the route file gives them. Empty for ``even`` if the
-        number of vehicles of each loop is given, otherwise ``random``.
+        ``even``: more vehicles on loops with longer lap times, evenly spaced in time. ``random``: equally
+        many vehicles on each loop, at random positions, unless the route file gives positions. Empty for
+        ``even`` if the number of vehicles of each loop is given, otherwise ``random``.
     revisit_s
         Longest time between visits promised for each street [s]; 0 for no promise.
     weights
@@ -429,7 +429,7 @@ def read_scenario(file: Path | str) -> Scenario:
     Raises
     ------
     ScenarioError
-        If it cannot be read or is no valid scenario; the text names the file and the key.
+        If the file cannot be read or is no valid scenario; the message names the file and the key.
 
     Examples
     --------

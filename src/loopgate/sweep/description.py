@@ -55,7 +55,7 @@ _MOST_RUNS = 100_000
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """One run of a sweep, described by its scenario and its values on the axes."""
+    """One run of a sweep: its scenario, and the files that the scenario names."""
 
     key: str
     """Hash of the scenario and of the content of its files; their location does not count."""

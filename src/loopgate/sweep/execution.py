@@ -58,6 +58,7 @@ class SweepOutcome(Progress):
     """The outcome of a sweep: runs made, failed and reused, and the results folder."""
 
     folder: Path
+    """The results folder."""
 
 
 def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two by name

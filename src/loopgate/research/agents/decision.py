@@ -16,7 +16,7 @@ _PATIENCE = 1000.0
 
 @dataclass(frozen=True, slots=True)
 class Sensing:
-    """The sensing range of a robot, in states ahead on its path."""
+    """The signals that a robot can read: of states ahead on its path, and of states with a monitor."""
 
     states_ahead: int | None = None
     """Number of states ahead whose signals a robot can read; None for as many as it looks ahead."""
