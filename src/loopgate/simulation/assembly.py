@@ -126,12 +126,12 @@ class Assembly:
 
     @cached_property
     def everybody(self) -> tuple[VehicleStart, ...]:
-        """All vehicles, also those that depart later."""
+        """All vehicles, later departures included."""
         return (*self.starts, *(departure.start for departure in self.departures))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Their names."""
+        """The names of the vehicles."""
         return tuple(start.vehicle for start in self.everybody)
 
 

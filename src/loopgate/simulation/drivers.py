@@ -47,7 +47,7 @@ def type_name(kind: VehicleType) -> str:
 
 
 def driven_by_machines(vehicles: Sequence[VehicleDemand], step_s: float) -> list[VehicleDemand]:
-    """Return the vehicles as controlled vehicles drive; vehicles of one type share one type."""
+    """Return the vehicles with drivers of automated vehicles; equal types stay one type."""
     once: dict[int, VehicleType] = {}
     for vehicle in vehicles:
         if id(vehicle.type) not in once:

@@ -46,7 +46,7 @@ _RANKED = 10
 
 
 def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) -> dict[str, Any]:
-    """Return the figures of monitoring in ``summary.json``; None where there is nothing to say.
+    """Return the figures of visits and idleness for ``summary.json``; None if there are none.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _either_way(
 
 
 def watch_figures(table: pd.DataFrame, *, bound_s: float) -> dict[str, Any]:
-    """Return the figures of ``streets.parquet`` for a summary; all streets count alike."""
+    """Return the figures of all streets for ``summary.json``; each street counts once."""
     seen = table[table[VISITS] > 0]
     figures = _idleness(table, seen) | {
         "weighted_revisit_s": rounded(seen[WEIGHTED_REVISIT].mean()),

@@ -1,4 +1,4 @@
-"""A SUMO configuration run as it is, whose deadlocks are found and end the run."""
+"""A SUMO configuration that runs unchanged, with a watch for deadlocks."""
 
 import dataclasses
 from collections.abc import Mapping

@@ -31,7 +31,7 @@ def record_positions(file: Path) -> list[str]:
 
 
 def make_layout(assembly: Assembly, step_s: float) -> Layout:
-    """Return states, crossings and vehicles of a run, for the audit of a gated one and for the replay.
+    """Return states, crossings and vehicles of a run, for the audit and the replay.
 
     Parameters
     ----------

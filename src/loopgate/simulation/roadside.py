@@ -44,7 +44,7 @@ class Beside:
 
 
 class Roadside:
-    """Parks vehicles beside the road where they stand, and calls them back.
+    """Parks vehicles beside the road at their positions, and calls them back.
 
     A vehicle beside the road holds no slot: other vehicles pass it. It comes back as any vehicle does that
     has parked.
@@ -90,7 +90,7 @@ class Roadside:
                 self.call_back(one.vehicle)
 
     def call_back(self, vehicle: str) -> None:
-        """Let a vehicle come back as soon as it can, if it is beside the road."""
+        """Let a parked vehicle return as soon as possible."""
         one = self._out.get(vehicle)
         if one is None or one.called:
             return

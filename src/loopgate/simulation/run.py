@@ -1,4 +1,4 @@
-"""One run from scenario to summary: put together, started, driven, told."""
+"""A run from scenario to summary."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -197,7 +197,7 @@ def _watching(hunger: StarvationWatch | None, tick: Tick) -> Tick:
 
 
 def is_plain(scenario: Scenario) -> bool:
-    """Return whether vehicles are run as they are, and not on loops.
+    """Return whether a scenario runs its vehicles unchanged, without loops.
 
     Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.
     """

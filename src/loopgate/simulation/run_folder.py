@@ -70,7 +70,7 @@ ORDINARY = "ordinary.rou.xml"
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """The record of one vehicle in the measured time: laps, distance and times, as in ``vehicles.parquet``.
+    """The row of a vehicle in ``vehicles.parquet``: laps, distance and times in the measured time.
 
     `driven_s` is how much of it the vehicle was there [s]; `trip` what SUMO says of one that drives once.
     """
@@ -93,7 +93,7 @@ class Tally:
 
 
 class Folder:
-    """A run folder, written to by one run at a time: to be used in a ``with`` statement.
+    """A run folder that one run writes, for a ``with`` statement.
 
     Parameters
     ----------

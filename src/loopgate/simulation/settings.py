@@ -110,7 +110,7 @@ def _is_at_most(value: str, most: float) -> bool:
 
 
 def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:
-    """Refuse vehicle types whose drivers come nearer to each other than a gate counts on.
+    """Raise an error for vehicle types whose drivers keep smaller gaps than a gate needs.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> 
 
 
 def why_unsafe(kind: VehicleType, step_s: float) -> str:
-    """Return why no gate can drive a type, and the way out; empty if it can."""
+    """Return why no gate can drive a vehicle type, with advice; empty if it can."""
     model = kind.attributes.get(_MODEL, _FORESEEN[0])
     if model not in _FORESEEN + _UNFORESEEN:
         known = ", ".join(_FORESEEN + _UNFORESEEN)
@@ -158,7 +158,7 @@ def why_unsafe(kind: VehicleType, step_s: float) -> str:
 
 
 def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> dict[str, str]:
-    """Say of which types it cannot be told when a vehicle will be past a crossing, and why.
+    """Return the types of vehicles whose passage over a crossing cannot be predicted, with reasons.
 
     Where a vehicle of such a type is before them, others set out only when it has left what they share. That
     is safe whoever drives, and costs throughput.

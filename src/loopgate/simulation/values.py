@@ -1,4 +1,4 @@
-"""Values that the keys of a scenario may have: stated once, beside each field, and checked in one place."""
+"""The valid values of the keys of a scenario, and their checks."""
 
 import numbers
 import operator
@@ -32,7 +32,7 @@ class Rule:
 
 
 def checked(key: str, value: object, rule: Rule) -> object:
-    """Return the value as it is kept.
+    """Return a value in the form in which it is kept; raise an error if it is invalid.
 
     Raises
     ------
@@ -47,12 +47,12 @@ def checked(key: str, value: object, rule: Rule) -> object:
 
 
 def real(least: float, most: float) -> Rule:
-    """Return the rule for a number, both bounds included; so it is finite."""
+    """Return the rule for a finite number within two bounds."""
     return Rule(f"a number from {least:g} to {most:g}", lambda value: _number(value, least, most))
 
 
 def whole(least: int, most: int) -> Rule:
-    """Return the rule for a whole number, both bounds included."""
+    """Return the rule for a whole number within two bounds."""
 
     def accept(value: object) -> int:
         _of_type(value, numbers.Integral)
@@ -87,7 +87,7 @@ def text() -> Rule:
 
 
 def amounts(*, whole_only: bool) -> Rule:
-    """Return the rule for amounts above 0 by name, ``one=2,other=0.5`` or a table; kept as such a text."""
+    """Return the rule for positive amounts by name, as a table or ``one=2,other=0.5``."""
     kind = "whole numbers" if whole_only else "numbers"
 
     def accept(value: object) -> str:
@@ -102,7 +102,7 @@ def amounts(*, whole_only: bool) -> Rule:
 
 
 def parse_amounts(words: str) -> dict[str, float]:
-    """Return amounts by name, in order; raise ValueError if these are none, or name something twice."""
+    """Return amounts by name, in order; raise `ValueError` if the text is invalid."""
     read: dict[str, float] = {}
     for word in filter(None, words.split(",")):
         name, _, amount = word.rpartition("=")

@@ -58,7 +58,7 @@ class OwnersStanding:
 
 
 class OwnersContainment:
-    """Keeps vehicles from entering behind a standing vehicle, and leads them round it.
+    """Closes the places of standing vehicles in an owner's simulation, and leads vehicles round them.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class OwnersContainment:
         )
 
     def free(self, names: Iterable[str]) -> None:
-        """Take note that these stand no longer, and are closed no longer.
+        """Record that vehicles stand no longer, and that edges or lanes are open again.
 
         Raises
         ------
@@ -148,7 +148,7 @@ class OwnersContainment:
         )
 
     def look(self) -> None:
-        """Shut blocked places, and lead vehicles round them; call in each step before vehicles are asked."""
+        """Close blocked places, and lead vehicles round them; call in each step before vehicles ask."""
         now = self._sumo.traffic.now_s
         self._queue.fleet.engine.open_up()
         if now >= self._next_s:
@@ -228,7 +228,7 @@ class OwnersContainment:
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]
 
     def call_back(self, vehicles: Iterable[str]) -> None:
-        """Let vehicles back onto the road that have left it, as soon as there is room."""
+        """Let vehicles that have left the road return as soon as there is room."""
         if self._contained.roadside is not None:
             for vehicle in vehicles:
                 self._contained.roadside.call_back(vehicle)

@@ -62,7 +62,7 @@ class JoiningQueue:
         """How often the line of a place was not in the order on the road."""
 
     def add(self, newcomers: Sequence[Newcomer]) -> None:
-        """Take vehicles in as soon as they can be.
+        """Add vehicles to the queue; each joins the gate as soon as possible.
 
         Raises
         ------
@@ -76,11 +76,11 @@ class JoiningQueue:
 
     @property
     def coming(self) -> Plan | None:
-        """The plan that vehicles will drive by as soon as they can."""
+        """The plan of loops that vehicles will follow next."""
         return self._next
 
     def lay(self, ways: Sequence[tuple[Loop, VehicleType]], *, all_settle: bool) -> bool:
-        """Lay more ways; return whether they are laid, now or when all vehicles have settled.
+        """Add loops to the plan; return whether vehicles can follow it, now or when all are settled.
 
         Parameters
         ----------
@@ -97,7 +97,7 @@ class JoiningQueue:
         return True
 
     def drop(self, vehicles: Iterable[str], reason: str) -> None:
-        """Let vehicles go, whether they are under the gate or wait to be."""
+        """Release vehicles, whether under the gate or waiting to join."""
         gone = set(vehicles)
         for vehicle in sorted(gone & self.newcomers.keys()):
             del self.newcomers[vehicle]

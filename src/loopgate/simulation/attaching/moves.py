@@ -18,7 +18,7 @@ _ROUNDING_M = 0.5
 
 
 class Moves:
-    """Compares where SUMO has vehicles with where their odometers put them.
+    """Finds vehicles that their owner has moved, by comparing SUMO's positions with the odometers.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Moves:
                 before_m += network.lanes[lane].length_m
 
     def find(self, drivers: Iterable[Driver]) -> list[str]:
-        """Return the vehicles that are elsewhere than where they have driven to since the last call."""
+        """Return the vehicles that were moved since the last call."""
         now = self._traffic.now_s
         elapsed_s, self._seen_s = now - self._seen_s, now
         return [driver.id for driver in drivers if self._is_moved(driver, elapsed_s)]

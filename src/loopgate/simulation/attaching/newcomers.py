@@ -1,4 +1,4 @@
-"""Vehicles on the road that are to come under the gate: held back where they can be taken in."""
+"""Vehicles on the road that wait to join the gate, and are held where they can join."""
 
 import math
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Farther, SUMO lets it drive on, without a word.
 
 @dataclass(slots=True, eq=False)
 class Newcomer:
-    """A vehicle that is to come under the gate; until then it drives by SUMO's rules.
+    """A vehicle that waits to join the gate, and drives by SUMO's rules until then.
 
     It is told to stop at the end of the first place of its loop before which it can still brake. It can be
     taken in as soon as it is in that place as a whole: then there is nothing that it holds besides.
@@ -60,7 +60,7 @@ class Newcomer:
     tried_s: float = -math.inf
 
     def look(self, traffic: Traffic, plan: Plan) -> None:
-        """Find out where the vehicle is, and hold it where that is possible."""
+        """Find the vehicle's position, and hold the vehicle if possible."""
         self.inside = False
         lane, at_m = traffic.lane(self.vehicle)
         self.arc_m = self._arc_m(traffic, lane, at_m)
@@ -80,7 +80,7 @@ class Newcomer:
             self.inside = whole and lane == f"{leg.line.edge}_{leg.line.lane}"
 
     def let_go(self, traffic: Traffic) -> None:
-        """Hold it no longer."""
+        """Release the hold."""
         if self.position is not None:
             self.position, self.left_m, self.inside = None, math.inf, False
             traffic.release(self.vehicle)

@@ -1,4 +1,4 @@
-"""The loops that vehicles under the gate drive on, cut into places and crossings; more loops may come."""
+"""The loops of the vehicles under the gate, cut into places and crossings; loops can be added."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from loopgate.network import Loop, RoadNetwork, VehicleType
 
 
 class Plan:
-    """Loops, the types of vehicles on them, and the queues that follow from both.
+    """Loops, the types of vehicles on them, and the resulting places and crossings.
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ class Plan:
         self._tracks = {name: make_track(network, way) for name, way in self.layout.itineraries.items()}
 
     def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
-        """Return a plan with these loops and types; the same plan if it knows them all."""
+        """Return a plan with further loops and types; the same plan if all are known."""
         every = tuple(dict.fromkeys((*self.users, *users)))
         return self if len(every) == len(self.users) else Plan(self.network, every)
 
     @property
     def room(self) -> dict[str, int]:
-        """How many vehicles a place holds, by name."""
+        """The capacity of each place, by name."""
         return {name: place.capacity for name, place in self.layout.places.items()}
 
     @property
@@ -49,16 +49,16 @@ class Plan:
 
     @property
     def tracks(self) -> list[Track]:
-        """A track of each loop, without a vehicle."""
+        """A path for each loop, without a vehicle."""
         return list(self._tracks.values())
 
     def track(self, vehicle: str, loop: str, *, front_m: float, position: int) -> Track:
-        """Return the track of a vehicle that stands in a position of its loop's itinerary."""
+        """Return the path of a vehicle from a position on its loop."""
         known = self._tracks[loop]
         return replace(known, vehicle=vehicle, start_m=front_m, start_position=position, renews=True)
 
     def goes_on_with(self, earlier: Plan) -> bool:
-        """Return whether vehicles that drive by an earlier plan can drive by this one from now on.
+        """Return whether vehicles under an earlier plan can follow this plan from now on.
 
         They can if their places, and what lies between these, are the same: only among the movements that
         are new may there be conflicts that were none.

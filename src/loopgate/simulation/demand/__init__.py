@@ -1,1 +1,1 @@
-"""Which vehicles there are, on which ways, and where they begin."""
+"""The vehicles of a run, their loops, and their start positions."""

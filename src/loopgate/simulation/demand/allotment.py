@@ -30,7 +30,7 @@ def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> li
 
 
 def allot_loops(scenario: Scenario, network: RoadNetwork, loops: Sequence[Loop]) -> list[Loop]:
-    """Return the loop of each vehicle: the numbers of the scenario, or one per loop.
+    """Return the loop of each vehicle, by the scenario's numbers, or one vehicle per loop.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def _on_loops(scenario: Scenario, loops: Sequence[Loop]) -> list[int]:
 
 
 def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: int) -> list[VehicleType]:
-    """Return a type for each of so many vehicles, by the shares that the scenario gives; none if it does not.
+    """Return a type for each vehicle by the scenario's shares; empty if it has none.
 
     The types take turns as evenly as their shares allow, so that each loop gets some of each.
 

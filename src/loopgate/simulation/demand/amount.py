@@ -1,4 +1,4 @@
-"""The largest number of vehicles in a run; a run refuses more before it makes them."""
+"""The largest number of vehicles in a run; a run with more is refused early."""
 
 from loopgate.errors import ScenarioError
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
@@ -8,7 +8,7 @@ MOST_VEHICLES = 100_000
 
 
 def check_number(file: RoutesFile, begin_s: float, end_s: float) -> None:
-    """Refuse a route file of which more than `MOST_VEHICLES` would depart in a run.
+    """Raise an error if more than `MOST_VEHICLES` vehicles of a route file would depart in a run.
 
     Raises
     ------

@@ -130,7 +130,7 @@ def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | No
 def fitted_stops(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None
 ) -> dict[str, tuple[Stop, ...]]:
-    """Return the stops of each vehicle by name, as it makes them under a gate.
+    """Return the stops that each vehicle makes under a gate, by the vehicle's name.
 
     Raises
     ------

@@ -57,7 +57,7 @@ class Detours:
         return lanes[0].length_m / max(lane.speed_mps for lane in lanes)
 
     def around(self, loop: Loop, avoided: AbstractSet[str]) -> Loop | None:
-        """Return a loop that keeps as much of a loop as it can without these edges.
+        """Return a loop that avoids some edges and keeps as much of a loop as possible.
 
         It leaves the loop at the last junction before them from where a way leads round. It comes back to the
         loop where the way there and the part of the loop that is left out take the least time together. Where
@@ -118,7 +118,7 @@ class Detours:
 
 @dataclass(frozen=True, slots=True)
 class FoundDetours:
-    """Loops that lead round something.
+    """The detours found for the loops of a run.
 
     Attributes
     ----------
@@ -258,7 +258,7 @@ def _span(stop: Stop) -> str:
 
 
 def name_long_stops(vehicles: Sequence[VehicleDemand], found: FoundDetours) -> tuple[str, ...]:
-    """Return a line for each stop at which a vehicle stands long: where, and which loops go through there."""
+    """Return a line about each long stop: its place, and the loops that lead through it."""
     around: dict[str, list[AbstractSet[str]]] = {}
     for detour in found.vehicles:
         around.setdefault(found.own[detour.loop.id], []).append(frozenset(detour.loop.edges))

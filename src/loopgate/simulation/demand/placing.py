@@ -25,7 +25,7 @@ _TRY_EVERY_M = 2.5
 
 
 def spread(vehicles: Sequence[VehicleDemand], rng: Random) -> list[float]:
-    """Place vehicles on their loops so that each stands on one lane and none overlap.
+    """Place vehicles on their loops so that each is on one lane and none overlap.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class Departure:
 
 
 def departs_at_edge(vehicle: VehicleDemand) -> Departure:
-    """Return where SUMO is to put a vehicle by itself: where its file says, or else as far back as it can."""
+    """Return SUMO's position for a departing vehicle: as in its file, or as far back as possible."""
     least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
     return Departure(start_of(vehicle, front_m, depart_s=vehicle.depart_s), None, vehicle.depart_s)

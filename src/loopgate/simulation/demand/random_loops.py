@@ -1,4 +1,4 @@
-"""Random loops for a run: as many as were asked for and work, or as there are."""
+"""Random loops for a run."""
 
 from collections.abc import Callable, Sequence
 from itertools import islice
@@ -15,7 +15,7 @@ from loopgate.simulation.scenario import Scenario
 
 
 def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
-    """Find `count` loops for the scenario; on queues only loops that work there together.
+    """Find `count` random loops for a scenario; on queues only loops that work together.
 
     Raises
     ------

@@ -153,7 +153,7 @@ class Film:
         return np.array([self.courses[vehicle].driven_m for vehicle in vehicles])
 
     def lane(self, vehicle: str) -> tuple[str, float]:
-        """Return the lane, and the position of the front on it [m]."""
+        """Return the lane of a vehicle, and the position of its front on the lane [m]."""
         one = self._seen[vehicle]
         return one.lane, one.pos_m
 

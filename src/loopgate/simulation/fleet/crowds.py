@@ -1,4 +1,4 @@
-"""Whether a way is so crowded that one more vehicle reduces the traffic; for waiting departures."""
+"""Whether the roads on a way are so full that one more vehicle reduces the traffic."""
 
 from typing import Any, cast
 
@@ -22,7 +22,7 @@ follow one another every three seconds wait to set out, with 0.11 trips on the g
 
 
 class Crowds:
-    """Says of ways whether they are crowded, as things are now."""
+    """Tells of ways whether they are crowded now."""
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network

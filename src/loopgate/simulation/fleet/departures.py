@@ -1,4 +1,4 @@
-"""Vehicles that depart while a run is under way: put in when their place and the gate have room for them."""
+"""Vehicles that depart during a run: they enter when their place and the gate have room."""
 
 from bisect import insort
 from collections import Counter, deque
@@ -62,7 +62,7 @@ class Arrived:
 
 
 class Departures:
-    """When vehicles wanted to depart, and when they did.
+    """The planned and the real departure times of vehicles.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class Departures:
         """Let vehicles depart that are due after a step."""
 
     def delay_s(self, vehicle: str, now_s: float) -> float:
-        """Return for how long a vehicle waited to depart, or has waited so far [s]."""
+        """Return the time that a vehicle waited to depart, or has waited so far [s]."""
         wanted_s = self.wanted_s.get(vehicle, now_s)
         return max(0.0, self.departed_s.get(vehicle, now_s) - wanted_s) if vehicle in self.wanted_s else 0.0
 
@@ -107,7 +107,7 @@ class Departures:
 
 
 class OpenDepartures(Departures):
-    """Vehicles that SUMO puts in by itself; the drive takes note of them.
+    """Records the departures of vehicles that SUMO inserts itself.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Vehicles that park beside the road: they give up their slots, and come back when the gate can take them."""
+"""Vehicles that park beside the road: they give up their slots, and return when the gate grants a slot."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -75,7 +75,7 @@ class Parking:
         return {"late_back_s": round(self._late_s, 3), "longest_late_back_s": round(self._latest_s, 3)}
 
     def look(self) -> None:
-        """Return vehicles to the road if possible, and keep the others parked."""
+        """Let parked vehicles return to the road if possible; keep the others parked."""
         engine = self._engine
         if self._braked:
             self._let_go()

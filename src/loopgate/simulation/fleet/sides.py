@@ -1,4 +1,4 @@
-"""Two sides of a network, as where a cut parts those who speak by radio."""
+"""The two halves of a network between which a radio cut stops messages."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ far ahead as the delays of a lap take: to hold for longer keeps them nearer to e
 
 
 def advised_type(kind: VehicleType) -> VehicleType:
-    """Return the type of vehicles that drive as fast as they are told, up to the fastest advice."""
+    """Return a type for vehicles that follow speed advice, up to the fastest advice."""
     return replace(kind, attributes={**kind.attributes, "speedFactor": f"{_FASTEST}", "speedDev": "0"})
 
 

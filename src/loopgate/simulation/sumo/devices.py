@@ -1,4 +1,4 @@
-"""Devices by which SUMO would lead a gated vehicle off its way: it goes without them, and that is said."""
+"""SUMO's devices that would reroute gated vehicles; they are switched off, with a warning."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -28,7 +28,7 @@ _REROUTING = "rerouting"
 
 
 def has_device(name: str) -> str:
-    """Return the parameter of vehicles and types that says whether they have a device.
+    """Return the parameter by which a vehicle or type gets a device.
 
     >>> has_device("rerouting")
     'has.rerouting.device'
@@ -38,7 +38,7 @@ def has_device(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ReroutingPolicy:
-    """When a vehicle is led another way: every so many seconds [s], infinity for at departure only.
+    """The times at which a vehicle is rerouted: a period [s], infinity for at departure only.
 
     And only where that way takes less than its own: times `factor` and `least_s` less [s].
     """
@@ -49,7 +49,7 @@ class ReroutingPolicy:
 
 
 def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str, ReroutingPolicy]:
-    """Return the vehicles to reroute where another way is quicker, as SUMO's rerouting device does.
+    """Return the vehicles for which a quicker way is found, as SUMO's rerouting device does.
 
     These are vehicles that drive once, without stops or edges to drive over in between.
 
@@ -91,7 +91,7 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 def leading_devices(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], rerouted: AbstractSet[str] = frozenset()
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return which of these devices gated vehicles would have, and a warning about them.
+    """Return the rerouting devices that gated vehicles would have, and a warning.
 
     Vehicles that are `rerouted` go without SUMO's device for that, too.
 
@@ -124,7 +124,7 @@ def leading_devices(
 
 
 def without_devices(vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:
-    """Return a vehicle, and its type, without devices; SUMO takes none from a vehicle that is there."""
+    """Return a vehicle and its type without devices."""
     off = {has_device(device): "false" for device in devices}
     kind = replace(vehicle.type, parameters={**vehicle.type.parameters, **off})
     own = {name: value for name, value in vehicle.parameters.items() if name not in off}

@@ -57,7 +57,7 @@ class VehicleStart:
 
     @property
     def edge(self) -> int:
-        """Number of the edge on which it stands, on its loop."""
+        """The index on the loop of the edge on which the vehicle starts."""
         at_m = self.front_m % self.loop.lap_m + _ROUNDING_M
         return max(
             number for number, span in enumerate(self.loop.roads) if not number or span.begin_m <= at_m
@@ -65,17 +65,17 @@ class VehicleStart:
 
     @property
     def position_m(self) -> float:
-        """Where its front is on its lane [m]."""
+        """The position of the front on its lane [m]."""
         return self.loop.locate(self.front_m).position_m
 
     @property
     def lane_index(self) -> int:
-        """The lane it stands on."""
+        """The index of the lane on which the vehicle starts."""
         return self.loop.locate(self.front_m).lane if self.lane is None else self.lane
 
     @property
     def kind(self) -> str:
-        """Name of its type in SUMO, which is its loop's, if it is closed: the rerouter goes by types."""
+        """The name of the vehicle's type in SUMO."""
         colour = "" if self.depart_s is None else self.attributes.get("color", "")
         loop = self.loop.id if self.loop.closed else ""
         return f"{self.type.id}@{loop}" + (f"@{colour}" if colour else "")
@@ -87,7 +87,7 @@ class VehicleStart:
 
     @property
     def insertion(self) -> Insertion:
-        """How SUMO is told to put it in."""
+        """The insertion of the vehicle as SUMO gets it."""
         return Insertion(
             self.route,
             self.kind,
@@ -100,14 +100,14 @@ class VehicleStart:
 
     @property
     def way(self) -> tuple[str, ...]:
-        """The edges of that: to the pivot, a whole round later; or to the end of a route driven once."""
+        """The edges of the route that SUMO gets: more than a whole round, or to the end of an open route."""
         return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
 
 
 def start_of(
     vehicle: VehicleDemand, front_m: float, lane: int | None = None, *, depart_s: float | None = None
 ) -> VehicleStart:
-    """Return the start of a vehicle with its front there, on that lane, at that time; see `VehicleStart`."""
+    """Return the start of a vehicle from the arc length of its front, its lane and its time."""
     said = vehicle.attributes, vehicle.parameters
     return VehicleStart(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, depart_s)
 
@@ -172,7 +172,7 @@ def write_sumo_input(
 
 
 def without_vehicles(files: Sequence[Path], holding: Collection[Path], folder: Path) -> tuple[Path, ...]:
-    """Return additional files for SUMO to load; files `holding` vehicles are copied without them to `folder`.
+    """Return additional files for SUMO; files with vehicles are copied to `folder` without them.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def write_ordinary(
     known: Collection[str] = (),
     ungated: UngatedFleet = _NOBODY,
 ) -> None:
-    """Write vehicles as a route file for SUMO, which drives them by its own rules; in order of departure.
+    """Write ordinary vehicles as a SUMO route file, in order of departure.
 
     Types that SUMO has from additional files are `known`. Those `ungated` are written as their file has them.
     """

@@ -1,4 +1,4 @@
-"""Elements of additional files that would lead gated vehicles off their ways, or remove them."""
+"""Elements of additional files that would reroute or remove gated vehicles."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -13,7 +13,7 @@ _LEADS = ("destProbReroute", "routeProbReroute")
 
 
 def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
-    """Refuse closed roads on loops, and rerouters and calibrators on them that are for vehicles of all types.
+    """Raise an error for closed roads, rerouters and calibrators on loops that affect all vehicles.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Collisions when they begin: SUMO reports them in each step for as long as they last."""
+"""New collisions: SUMO reports a collision in each step while it lasts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from loopgate.traffic.base import Collision
 
 
 class Collisions:
-    """Tells new collisions from collisions that go on."""
+    """Finds new collisions among all collisions that SUMO reports."""
 
     def __init__(self) -> None:
         self._under_way: set[tuple[str, str]] = set()
@@ -18,7 +18,7 @@ class Collisions:
         return bool(self._under_way)
 
     def begun(self, reported: Iterable[Collision]) -> list[Collision]:
-        """Return the collisions of the last step that were not there in the step before."""
+        """Return the collisions that began in the last step."""
         before, now = self._under_way, {(one.collider, one.victim): one for one in reported}
         self._under_way = set(now)
         return [one for pair, one in now.items() if pair not in before and pair[::-1] not in before]

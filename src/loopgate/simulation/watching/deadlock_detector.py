@@ -80,7 +80,7 @@ class Watched(Protocol):
         """Return lane id and position of the front on that lane [m]."""
 
     def pauses(self, vehicle: str) -> bool:
-        """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
+        """Return whether a vehicle waits at a red light, or at a stop of its own."""
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
         """Return the vehicles that each, alone, block a standing vehicle."""

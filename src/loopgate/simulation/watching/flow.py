@@ -1,4 +1,4 @@
-"""How all vehicles together get on: how many stand, how far they drive, and where they stand."""
+"""Measurements of all vehicles together over time: standing vehicles, distance and laps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How far vehicles that come and go have driven, and for how long they stood: counted step by step."""
+"""Distance and standing time of vehicles, counted step by step."""
 
 from __future__ import annotations
 

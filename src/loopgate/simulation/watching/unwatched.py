@@ -25,7 +25,7 @@ def note_unwatched(
     begin_s: float,
     end_s: float,
 ) -> None:
-    """Add to each blocked place the streets that went unwatched meanwhile, each with since when [s].
+    """Add to each blocked place the streets without a visit meanwhile, each with its last visit [s].
 
     These are edges of loops through the place that no vehicle of a loop entered while it was blocked: for at
     least 300 s, and for longer than ever before.
