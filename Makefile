@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel beside-zhou vehicles-alone vehicles-roads vehicles-processes lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel beside-zhou vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -127,6 +127,9 @@ vehicles-alone: $(STAMP) ## the chain rule by messages: 5,000 random systems bes
 
 vehicles-roads: $(STAMP) ## vehicles that decide by messages on the road: kilometres beside the central gate, messages, what loss, delay and range cost
 	$(BIN)/python analysis/vehicles_roads.py
+
+vehicles-costs: $(STAMP) ## draw what range, loss and delay cost vehicles that decide by messages, from analysis/tables/vehicles-costs.md
+	$(BIN)/python analysis/vehicles_costs.py
 
 vehicles-processes: $(STAMP) ## 50 vehicles whose controllers are processes, one hour: ten are killed, the network is cut for a minute
 	$(BIN)/python analysis/vehicles_processes.py

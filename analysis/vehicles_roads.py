@@ -49,6 +49,7 @@ COLUMNS = (
     *("deadlocks", "clean", "audit", "wall_s"),
 )
 COSTS = (
+    *("central", "vehicles"),
     *("vehicles:loss=0.1", "vehicles:loss=0.2", "vehicles:loss=0.3", "vehicles:loss=0.4"),
     *("vehicles:delay=0", "vehicles:delay=0.2", "vehicles:delay=0.3", "vehicles:delay=0.5"),
     *("vehicles:delay=1", "vehicles:range=23", "vehicles:range=30", "vehicles:range=40"),
@@ -75,19 +76,19 @@ def cases(
     parts: list[str],
     seeds: range,
     duration_s: float,
-    decides: Sequence[str] = HOUR,
+    decides: Sequence[str] = (),
     fleets: Sequence[str] = tuple(FLEETS),
 ) -> Iterator[tuple[str, Scenario]]:
     """Yield what is run, ``central`` first of each."""
     hours = [_grid(FLEETS[name]) if FLEETS[name] else DISTRICT for name in fleets]
     whole = [replace(start, positions=True, duration_s=duration_s or 3600.0) for start in hours]
     made: dict[str, list[tuple[Scenario, tuple[str, ...]]]] = {
-        "hour": [(start, tuple(decides)) for start in whole],
+        "hour": [(start, tuple(decides) or HOUR) for start in whole],
         "segments": [
             (replace(start, duration_s=duration_s or 3600.0), (*HOUR, "vehicles:delay=0.3"))
             for start in SEGMENTS
         ],
-        "costs": [(_grid(300, duration_s=duration_s or 600.0), ("central", "vehicles", *COSTS))],
+        "costs": [(_grid(300, duration_s=duration_s or 600.0), tuple(decides) or COSTS)],
         "growth": list(_growing(duration_s or 600.0)) if "growth" in parts else [],
     }
     for seed in seeds:
@@ -170,7 +171,7 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=5, help="how many")
     parser.add_argument("--fleets", nargs="+", choices=FLEETS, default=list(FLEETS), help="of the hours")
-    parser.add_argument("--decide", nargs="+", default=list(HOUR), help="of the hours; central first")
+    parser.add_argument("--decide", nargs="+", default=[], help="of hours and costs; central first")
     parser.add_argument("--duration", type=float, default=0.0, help="instead of each part's own [s]")
     options = parser.parse_args()
     OUT.mkdir(parents=True, exist_ok=True)
