@@ -49,7 +49,7 @@ class ReroutingPolicy:
 
 
 def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str, ReroutingPolicy]:
-    """Return the vehicles for which a quicker way is found, as SUMO's rerouting device does.
+    """Return the vehicles to reroute where another way is quicker, each with its policy, as in SUMO.
 
     These are vehicles that drive once, without stops or edges to drive over in between.
 
