@@ -34,7 +34,7 @@ class Diary:
         self.vehicle: Final = vehicle
         self.way: Final = way
         self.laps = laps
-        self._path: Final = path
+        self.path: Final = path
         self._edges: Final = [edge for _, edge in way.edges]
         self._begins_m: Final = [float(begin_m) for begin_m, _ in way.edges]
         self._edge = 0
@@ -60,8 +60,8 @@ class Diary:
         self._leg_m = inf
         if self._entered < self.vehicle.granted:
             number = self._entered + 1
-            laps = number // len(self._path)
-            self._leg_m = laps * self.vehicle.lap_m + self._path[number - laps * len(self._path)].begin_m
+            laps = number // len(self.path)
+            self._leg_m = laps * self.vehicle.lap_m + self.path[number - laps * len(self.path)].begin_m
         self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
 
     def pass_by(self, now_s: float, rows: list[Row]) -> bool:
@@ -79,7 +79,7 @@ class Diary:
             rows.append((now_s, name, LAP, self.way.loop, ""))
         while front_m >= self._leg_m:
             self._entered += 1
-            rows.append((now_s, name, ENTER, self._path[self._entered % len(self._path)].place.name, ""))
+            rows.append((now_s, name, ENTER, self.path[self._entered % len(self.path)].place.name, ""))
             self.aim()
         self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
         return renewed

@@ -8,18 +8,15 @@ from time import perf_counter
 from types import MappingProxyType
 from typing import Final
 
-import numpy as np
-
-from loopgate.abstraction.itinerary import Leg as Drawn
-from loopgate.arrays import Floats
 from loopgate.control.accounts import Account, Accounts
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
-from loopgate.control.layout import Layout
+from loopgate.control.fronts import Fronts
+from loopgate.control.layout import Drawings, Layout
 from loopgate.control.leading import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
-from loopgate.control.parking import Parking
+from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.rules import Reserve
 from loopgate.control.sight import Sight
@@ -75,19 +72,16 @@ class Driving:
         """The places, by name."""
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
-        self._paths: dict[int, list[Leg]] = {}
+        self._paths: dict[int, tuple[Drawings, list[Leg]]] = {}
+        """The paths, with the legs as they are drawn, by the identity of these."""
         self._reserve, self._spacing = reserve, spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
         self._round: dict[str, list[Leg]] = {}
         """The paths of those that drive round."""
         self.diaries: list[Diary] = []
-        self.names: list[str] = []
-        """The vehicles, in the order of `diaries` and `fronts`."""
-        self._offset: Floats = np.zeros(0)
-        self.fronts: Floats = np.zeros(0)
-        """Where the fronts are, along their ways [m]."""
-        self._tops: Floats = np.zeros(0)
+        self.fronts = Fronts(traffic)
+        """Where the vehicles are, in the order of `diaries`."""
         self.accounts = Accounts(traffic)
         self.steering = Steering(traffic, self.rows)
         self.lights = Lights(traffic)
@@ -117,9 +111,9 @@ class Driving:
             self.path(way)
 
     def take_in(self, ways: Sequence[Way]) -> None:
-        """Take vehicles in that are on the road; if others are there, they are last in line."""
+        """Take vehicles in that are on the road, in line where they are."""
         self._welcome(ways)
-        self._answer(self._traffic.now_s)
+        self.answer()
 
     def let_in(self, way: Way, insertion: Insertion) -> bool:
         """Let a vehicle depart in the next step; `is_clear`, and `fits` of the ledger, say whether it may.
@@ -151,7 +145,7 @@ class Driving:
                 self.missed.append(way)
 
     def _welcome(self, ways: Sequence[Way]) -> None:
-        traffic, first, fronts = self._traffic, len(self.names), list[float]()
+        traffic, first = self._traffic, len(self.diaries)
         self.changes += len(ways)
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
             path = self.path(way)
@@ -167,10 +161,9 @@ class Driving:
                 foreseen=way.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
-            vehicle.row = len(self.names)
+            vehicle.row = len(self.diaries)
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
-            fronts.append(way.front_m)
-            self.names.append(way.vehicle)
+            put_in_order(self.ledger, vehicle)
             diary = Diary(vehicle, way, path)
             self.diaries.append(diary)
             self.accounts.open(diary)
@@ -178,11 +171,11 @@ class Driving:
             self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
             self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
         fresh = self.diaries[first:]
-        self._offset = np.append(self._offset, np.array(fronts) - traffic.odometers(self.names[first:]))
-        self.fronts = np.append(self.fronts, fronts)
-        self._tops = np.append(self._tops, [diary.vehicle.make.top for diary in fresh])
-        for diary in fresh:
-            self.ledger.passed(diary.vehicle)
+        come = [diary.vehicle for diary in fresh]
+        tops = [vehicle.make.top for vehicle in come]
+        self.fronts.add([one.name for one in come], [one.front_m for one in come], tops)
+        for vehicle in come:
+            self.ledger.passed(vehicle)
         for way in ways:
             vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
             self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
@@ -228,13 +221,23 @@ class Driving:
 
     def path(self, way: Way) -> list[Leg]:
         """Return the legs of a way."""
-        path = self._paths.setdefault(id(way.legs), [])
-        path += [] if path else self._layout.path(way.legs)
-        return path
+        if id(way.legs) not in self._paths:
+            self._paths[id(way.legs)] = way.legs, self._layout.path(way.legs)
+        return self._paths[id(way.legs)][1]
 
-    def odometers(self) -> Floats:
-        """Return what the odometers read after the last step [m]."""
-        return self.fronts - self._offset
+    def lay_more(self, slots: Mapping[str, int], ways: Mapping[str, Drawings]) -> None:
+        """Lay more ways while vehicles drive on theirs, whose places stay as they are.
+
+        `slots`: of all places. `ways`: all, by the names of their loops, as they are drawn now.
+        """
+        laid = {id(diary.path): (diary.path, ways[diary.way.loop]) for diary in self.diaries}
+        self._layout.extend(slots, list(ways.values()), list(laid.values()))
+        self._paths.clear()
+
+    def lay_anew(self, layout: Layout) -> None:
+        """Go on with other places and ways; nobody is there."""
+        self._layout, self.places = layout, layout.places
+        self._paths.clear()
 
     def leave(self, name: str, why: str = "left") -> None:
         """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
@@ -258,10 +261,8 @@ class Driving:
             self._spacing.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         self._traffic.leave_gate(name)
-        del self.diaries[row], self.names[row]
-        self._offset, self.fronts, self._tops = (
-            np.delete(column, row) for column in (self._offset, self.fronts, self._tops)
-        )
+        del self.diaries[row]
+        self.fronts.drop(row)
         for later in self.diaries[row:]:
             later.vehicle.row -= 1
 
@@ -277,9 +278,8 @@ class Driving:
         kind = make.with_top(way.top * make.haste)
         by_m = turn_off(self.ledger, vehicle, path[way.position], kind, way.lap_m)
         row = vehicle.row
-        self._offset[row] += by_m
-        self.fronts[row] += by_m
-        self._tops[row] = kind.top
+        self.fronts.shift(row, by_m)
+        self.fronts.tops[row] = kind.top
         diary = self.diaries[row] = Diary(vehicle, way, path, self.diaries[row].laps)
         self.accounts.of[vehicle.name].turns_off(diary, by_m)
         if vehicle.name in self._round:
@@ -297,35 +297,39 @@ class Driving:
         began = perf_counter()
         self._traffic.step()
         self.sumo_s += perf_counter() - began
+        self.after_step()
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
                 self.leave(name, "arrived")
-        there = len(self.names)
+        there = len(self.diaries)
         self._let_come()
-        fronts = self._traffic.odometers(self.names) + self._offset
-        moved = fronts - self.fronts
-        speeds = moved / self._traffic.step_s
-        self.fronts = fronts
-        for vehicle in look(self.diaries, fronts.tolist(), speeds.tolist(), self.ledger, self.rows):
+        moved_m = self.fronts.read()
+        at_m, speeds = self.fronts.at_m.tolist(), (moved_m / self._traffic.step_s).tolist()
+        for vehicle in look(self.diaries, at_m, speeds, self.ledger, self.rows):
             self._hold_anew(vehicle)
         # Nobody moves in the step in which it departs.
-        self.accounts.look(self.diaries[:there], moved[:there], self._tops[:there])
+        self.accounts.look(self.diaries[:there], moved_m[:there], self.fronts.tops[:there])
         for name in self._traffic.halted():
-            self._halts(self.accounts.of[name], now_s)
+            if name in self.accounts.of:
+                self._halts(self.accounts.of[name], now_s)
         for vehicle in self.steering.step():
             if vehicle.held:
                 self._hold(vehicle)
             self.ledger.consider(vehicle)
         self.stops.look()
-        self._answer(now_s)
+        self.answer()
         if self._spacing is not None:
             self._spacing.look()
         self.steering.look_for_strays(self.diaries)
 
-    def _answer(self, now_s: float) -> None:
+    def answer(self) -> None:
         """Answer requests, and carry out what comes of it."""
+        now_s = self._traffic.now_s
         if self.sight is not None:
             self.sight.look(self.ledger.vehicles, self.changes)
         decisions, began = self.ledger.decisions, perf_counter()
@@ -341,7 +345,7 @@ class Driving:
                     self._traffic.release(vehicle.name)
             if vehicle.steered:
                 before = vehicle.granted - 1
-                drawn = self._drawn(vehicle, before)
+                drawn = self.diaries[vehicle.row].drawn(before)
                 laps_m = before // len(self.diaries[vehicle.row].way.legs) * vehicle.lap_m
                 self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
         for vehicle in stay:
@@ -365,7 +369,7 @@ class Driving:
         return wanted.name if wanted else ""
 
     def _hold(self, vehicle: Vehicle) -> None:
-        line = self._drawn(vehicle, vehicle.granted).line
+        line = self.diaries[vehicle.row].drawn(vehicle.granted).line
         vehicle.held = True
         try:
             on_lane = self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
@@ -380,10 +384,6 @@ class Driving:
             if not on_lane:
                 self.steering.lead_back(vehicle, line)
 
-    def _drawn(self, vehicle: Vehicle, number: int) -> Drawn:
-        """Return a leg of a vehicle's endless way as it lies on the road."""
-        return self.diaries[vehicle.row].drawn(number)
-
     def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
         way = self.diaries[vehicle.row].way
@@ -393,6 +393,6 @@ class Driving:
         self.stops.renewed(vehicle)
         if not vehicle.held:
             self.steering.renew(vehicle, renewed_on)
-        elif vehicle.speed > 0.0 and self._drawn(vehicle, vehicle.granted).line.edge == renewed_on:
+        elif vehicle.speed > 0.0 and self.diaries[vehicle.row].drawn(vehicle.granted).line.edge == renewed_on:
             self._traffic.release(vehicle.name)
             self._hold(vehicle)

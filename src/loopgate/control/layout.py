@@ -38,14 +38,38 @@ class Layout:
         around: Callable[[list[Leg], Drawings], None] | None = None,
     ) -> None:
         self._signals, self._around = signals, around
-        self.places = {name: Place(name, room) for name, room in slots.items()}
+        self.places: dict[str, Place] = {}
+        self._movements: dict[str, Movement] = {}
+        self.extend(slots, ways)
+
+    def extend(
+        self,
+        slots: Mapping[str, int],
+        ways: Sequence[Drawings],
+        laid: Sequence[tuple[Sequence[Leg], Drawings]] = (),
+    ) -> None:
+        """Add places and movements; those that are known stay, and what is under way over them.
+
+        `slots`, `ways`: all, as for a new layout. `laid`: paths that vehicles drive on, with their legs as
+        they are drawn now.
+        """
+        self.places |= {name: Place(name, room) for name, room in slots.items() if name not in self.places}
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
         junctions: dict[str, Junction] = {}
-        self._movements = {
-            name: Movement(name, junctions.setdefault(together[name], Junction()))
-            for name in sorted(crossings)
-        }
+        before = {movement.junction: None for movement in self._movements.values()}
+        for name in sorted(crossings):
+            junction = junctions.setdefault(together[name], Junction())
+            if name in self._movements:
+                self._movements[name].junction = junction
+            else:
+                self._movements[name] = Movement(name, junction)
+        for trip in sorted((t for one in before for t in one.trips), key=lambda trip: trip.number):
+            trip.over.movement.junction.trips.append(trip)
+        for path, way in laid:
+            for leg, drawn in zip(path, way, strict=True):
+                for over, crossing in zip(leg.passes, drawn.crossings, strict=True):
+                    over.foes = self._foes(crossing)
         for exits in _exits(ways).values():
             for name in exits:
                 self._movements[name].beside = [self._movements[other] for other in exits if other != name]
@@ -68,15 +92,20 @@ class Layout:
         movement, signal = self._movements[crossing.id], self._signals.get(crossing.id)
         wait_m, ahead_m = float(crossing.wait_m), float(crossing.ahead_m)
         over = Pass(movement, float(crossing.speed_mps), wait_m, ahead_m, signal, first=first)
+        over.foes = self._foes(crossing)
+        return over
+
+    def _foes(self, crossing: Crossing) -> dict[Movement, Foe]:
+        foes: dict[Movement, Foe] = {}
         for name in sorted(crossing.foes & self._movements.keys()):
             from_m, to_m = crossing.overlaps.get(name, (0.0, inf))
             soonest_s, least = crossing.soonest(from_m)
             until_s = crossing.soonest(to_m)[0] if to_m < inf else 0.0
             mean = to_m / until_s if until_s > 0.0 else least
-            over.foes[self._movements[name]] = Foe(
+            foes[self._movements[name]] = Foe(
                 self._movements[name], float(from_m), float(to_m), float(soonest_s), float(least), float(mean)
             )
-        return over
+        return foes
 
 
 def _exits(ways: Sequence[Drawings]) -> dict[str, list[str]]:

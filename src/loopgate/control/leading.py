@@ -12,7 +12,7 @@ from loopgate.control.refusal import Refusal
 
 def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse a vehicle that is to be granted nothing for now."""
-    return Refusal("stop", outside=True) if vehicle.withheld else None
+    return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
 def may_turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg) -> bool:

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import pairwise
 from typing import Final
 
 from loopgate.control.chain import closes_by_returning
@@ -36,6 +37,9 @@ _REACTION_S: Final = 1.0
 
 _ROUNDING_M: Final = 0.5
 
+_SAME_M: Final = 0.5
+"""Vehicles that are ahead of one another by less than this stand beside each other [m]."""
+
 _PATIENCE_S: Final = 20.0
 """A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
 then [s]."""
@@ -54,14 +58,40 @@ def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
         ledger.consider(line[0])
 
 
+def put_in_order(ledger: Ledger, vehicle: Vehicle) -> None:
+    """Let a vehicle that has just come be where it is among those in its place: it is last there."""
+    bodies = vehicle.leg.place.bodies
+    if len(bodies) > 1:
+        body = bodies.pop()
+        bodies.insert(_rank(vehicle), body)
+        line_up(ledger, vehicle)
+
+
+def _rank(vehicle: Vehicle) -> int:
+    """Return how many of those that hold slots of its place are ahead of a vehicle that holds none there."""
+    left_m = _left_m(vehicle)
+    ahead = 0
+    for one in vehicle.leg.place.bodies:
+        ahead += one.out_m - one.vehicle.make.length_m - one.vehicle.front_m <= left_m
+    return ahead
+
+
+def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
+    """Put the lines of all places in the order on the road; return how many were not in it."""
+    mended = 0
+    for place in places:
+        line = place.line
+        if any(_left_m(a) > _left_m(b) + _SAME_M for a, b in pairwise(line)):
+            line_up(ledger, line[0])
+            mended += 1
+    return mended
+
+
 def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
     """Give a vehicle that has stepped aside a slot where it stands; `beside` says when it is there."""
-    leg, place, left_m = vehicle.leg, vehicle.leg.place, _left_m(vehicle)
+    leg, place = vehicle.leg, vehicle.leg.place
     begin_m = vehicle.line_m - leg.end_m + leg.begin_m
-    at = 0
-    for one in place.bodies:
-        at += one.out_m - one.vehicle.make.length_m - one.vehicle.front_m <= left_m
-    ledger.take_slot(Body(vehicle, place, begin_m, vehicle.line_m + vehicle.make.length_m), at)
+    ledger.take_slot(Body(vehicle, place, begin_m, vehicle.line_m + vehicle.make.length_m), _rank(vehicle))
     line_up(ledger, vehicle)
     ledger.wake(place.line[0])  # its place is fuller
 

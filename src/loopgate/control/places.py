@@ -70,7 +70,7 @@ class Movement:
 
     def __init__(self, name: str, junction: Junction) -> None:
         self.name: Final = name
-        self.junction: Final = junction
+        self.junction = junction
         self.beside: list[Movement] = []
         self.kept_for: Vehicle | None = None
 
@@ -249,8 +249,8 @@ class Vehicle:
     where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
     when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
     where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
-    `beside`: whether it stands there and holds none, or is not yet back on the road. `withheld`: whether it
-    is granted nothing for now, whatever the other rules say.
+    `beside`: whether it stands there and holds none, or is not yet back on the road. `withheld`: why it
+    is granted nothing for now, whatever the other rules say; or "".
     """
 
     __slots__ = (
@@ -281,7 +281,8 @@ class Vehicle:
         self.near = False
         self.steered = False
         self.stop_m = inf
-        self.parks = self.beside = self.withheld = False
+        self.parks = self.beside = False
+        self.withheld = ""
         self.reason = ""
         self.refused_s: dict[str, float] = {}
         self.blocked_s = -inf
@@ -294,7 +295,7 @@ class Vehicle:
 
     def idles(self) -> bool:
         """Return whether it goes nowhere for now by itself, so that nothing is to be kept for it."""
-        return self.withheld or self.stops_here()
+        return self.withheld == "stop" or self.stops_here()
 
     def is_settled(self) -> bool:
         """Return whether it is in one place, and holds nothing else."""

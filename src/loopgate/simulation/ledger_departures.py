@@ -123,6 +123,6 @@ class LedgerDepartures(Departures):
             account.total_hold_s(now_s),
             account.stood_s,
             account.worst_wait_s(now_s),
-            float(self._driving.odometers()[vehicle.row]),
+            float(self._driving.fronts.odometers()[vehicle.row]),
             vehicle.make.top,
         )

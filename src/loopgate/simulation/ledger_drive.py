@@ -141,7 +141,7 @@ class LedgerDrive:
 
     def names(self) -> Sequence[str]:
         """Return the vehicles by number."""
-        return self.driving.names
+        return self.driving.fronts.names
 
     def granted(self) -> Ints:
         """Return the number of the last leg granted to each."""
@@ -149,11 +149,11 @@ class LedgerDrive:
 
     def fronts(self) -> Floats:
         """Return where their fronts were after the last step, along their loops, laps counted on [m]."""
-        return self.driving.fronts
+        return self.driving.fronts.at_m
 
     def odometers(self) -> tuple[Sequence[str], Floats]:
         """Return the vehicles, and what their odometers read after the last step [m]."""
-        return self.driving.names, self.driving.odometers()
+        return self.driving.fronts.names, self.driving.fronts.odometers()
 
     def take_flow(self) -> tuple[int, float, float, int]:
         """Return how many there are, and since the last call the mean number that stand, metres, and laps."""

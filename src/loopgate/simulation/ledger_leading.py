@@ -146,7 +146,7 @@ class LedgerLeading:
         """Grant nothing to these from now on, and again to those that were named in the call before."""
         every = self._ledger.vehicles
         for name in (self._withheld | vehicles) & every.keys():
-            every[name].withheld = name in vehicles
+            every[name].withheld = "stop" if name in vehicles else ""
         self._withheld = vehicles
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:

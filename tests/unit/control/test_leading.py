@@ -49,7 +49,7 @@ def test_a_withheld_vehicle_is_granted_nothing_and_nothing_is_kept_for_it() -> N
     ledger = Ledger(usual())
     stands = ledger.take_in("stands", path_of([a, c], closed=False), 0)
     other = ledger.take_in("other", path_of([b, c], closed=False), 0)
-    stands.withheld = True
+    stands.withheld = "stop"
     ledger.ask(stands)
     assert ledger.answer(0.0) == []
     assert stands.reason == "stop"
@@ -61,7 +61,7 @@ def test_a_withheld_vehicle_is_granted_nothing_and_nothing_is_kept_for_it() -> N
     ledger.leave(blocker)
     assert ledger.answer(201.0) == [other]
     ledger.leave(other)
-    stands.withheld = False
+    stands.withheld = ""
     assert ledger.answer(202.0) == [stands]
 
 
