@@ -213,6 +213,7 @@ def run(
     traffic: bool = True,
     words: Sequence[str] = (),
     wild: bool = False,
+    engine: str = "tables",
 ) -> dict[str, Any]:
     """Run one simulation; return the gate's figures, and how long it took."""
     began = time.perf_counter()
@@ -228,7 +229,7 @@ def run(
     world = World(api, loops, Random(seed))
     errors = misordered = 0
     try:
-        with loopgate.attach(api) as gate:
+        with loopgate.attach(api, engine=engine) as gate:
             for now in range(duration_s):
                 if traffic:
                     world.fill(edges)
@@ -264,16 +265,16 @@ def count_errors(gate: loopgate.Attached, when: str) -> int:
 
 def count_misordered(api: Any, gate: loopgate.Attached) -> int:  # noqa: ANN401  libsumo or traci
     """Return how many vehicles are ahead of the next one on their lane on the road, but not in the books."""
-    engine = gate._fleet.engine  # noqa: SLF001  its books are what is looked at
+    fleet = gate._fleet  # noqa: SLF001  its books are what is looked at
     there = set(api.vehicle.getIDList())
     on_lanes: dict[tuple[StateId, str], list[tuple[float, str]]] = {}
-    for driver in engine.drivers:
+    for driver in fleet.members.values():
         if driver.id in there and driver.settled:
             key = driver.leg(driver.granted).state, api.vehicle.getLaneID(driver.id)
             on_lanes.setdefault(key, []).append((-api.vehicle.getLanePosition(driver.id), driver.id))
     wrong = 0
     for (place, _), found in on_lanes.items():
-        line = [driver.id for driver in engine.line(place)]
+        line = [driver.id for driver in fleet.leads.line(place)]
         booked = [line.index(vehicle) for _, vehicle in sorted(found)]
         wrong += sum(one > other for one, other in pairwise(booked))
     return wrong
@@ -288,6 +289,7 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=2.0)
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--wild", action="store_true", help="interfere in more ways")
+    parser.add_argument("--engine", choices=("tables", "ledger"), default="tables")
     given = parser.parse_args()
     clean = True
     shown = (
@@ -305,7 +307,7 @@ def main() -> int:
     print("seed", *shown, "longest_wait_s", "wall_s")
     for seed in range(given.first, given.first + given.seeds):
         words, seconds = given.sumo.split(), int(given.hours * 3600)
-        summary = run(given.backend, seed, seconds, words=words, wild=given.wild)
+        summary = run(given.backend, seed, seconds, words=words, wild=given.wild, engine=given.engine)
         figures = [*(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"]]
         print(seed, *figures, flush=True)
         clean &= not any(summary[name] for name in shown[:5])

@@ -13,7 +13,7 @@ from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified import chain as rule
 from loopgate.model import Configuration, Robot, RobotId, StateId, System
-from loopgate.simulation.fleet.fleet import _refuse_crowd
+from loopgate.simulation.fleet.start import _refuse_crowd
 
 AWAY = StateId("away")
 

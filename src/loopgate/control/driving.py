@@ -88,6 +88,8 @@ class Driving:
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
+        self.is_courteous = sight is not None
+        """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
         self.coming: list[Way] = []
@@ -111,8 +113,8 @@ class Driving:
             self.path(way)
 
     def take_in(self, ways: Sequence[Way]) -> None:
-        """Take vehicles in that are on the road, in line where they are."""
-        self._welcome(ways)
+        """Take vehicles in that are on the road, in line where they are, and answer requests."""
+        self.welcome(ways)
         self.answer()
 
     def let_in(self, way: Way, insertion: Insertion) -> bool:
@@ -137,15 +139,17 @@ class Driving:
         for way in coming:
             # Two that come in one step could close a circle together.
             if way.vehicle in departed and self.ledger.fits(self.path(way)[way.position]):
-                self._welcome([way])
+                self.welcome([way])
                 self.ledger.vehicles[way.vehicle].held = True
                 self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(way.vehicle)
                 self.missed.append(way)
 
-    def _welcome(self, ways: Sequence[Way]) -> None:
+    def welcome(self, ways: Sequence[Way], beyond: int = 0) -> None:
+        """Take vehicles in; places may hold so many `beyond` their slots. `answer` follows."""
         traffic, first = self._traffic, len(self.diaries)
+        self.ledger.now_s = traffic.now_s
         self.changes += len(ways)
         for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
             path = self.path(way)
@@ -160,7 +164,7 @@ class Driving:
                 # One that keeps the simulator's right of way too may be held by an ordinary one.
                 foreseen=way.foreseen and not traffic.gives_way,
             )
-            vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m)
+            vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m, beyond)
             vehicle.row = len(self.diaries)
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
             put_in_order(self.ledger, vehicle)
@@ -171,11 +175,9 @@ class Driving:
             self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
             self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
         fresh = self.diaries[first:]
-        come = [diary.vehicle for diary in fresh]
-        tops = [vehicle.make.top for vehicle in come]
-        self.fronts.add([one.name for one in come], [one.front_m for one in come], tops)
-        for vehicle in come:
-            self.ledger.passed(vehicle)
+        self.fronts.add([diary.vehicle for diary in fresh])
+        for diary in fresh:
+            self.ledger.passed(diary.vehicle)
         for way in ways:
             vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
             self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
@@ -352,7 +354,7 @@ class Driving:
             if not vehicle.held:
                 self._hold(vehicle)
         self.lights.look(gone, stay)
-        if self.sight is not None:
+        if self.is_courteous:
             self._courtesy.look(gone)
 
     def _halts(self, account: Account, now_s: float) -> None:

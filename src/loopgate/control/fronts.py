@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from loopgate.arrays import Floats
+from loopgate.control.places import Vehicle
 from loopgate.traffic.base import Traffic
 
 
@@ -24,11 +25,13 @@ class Fronts:
         self.tops: Floats = np.zeros(0)
         self._offset_m: Floats = np.zeros(0)
 
-    def add(self, names: Sequence[str], at_m: Sequence[float], tops: Sequence[float]) -> None:
+    def add(self, vehicles: Sequence[Vehicle]) -> None:
         """Add vehicles that have come, where they are now."""
-        odometers = self._traffic.odometers(names)
-        self._offset_m = np.append(self._offset_m, np.array(at_m) - odometers)
-        self.at_m, self.tops = np.append(self.at_m, at_m), np.append(self.tops, tops)
+        names = [vehicle.name for vehicle in vehicles]
+        at_m = np.array([vehicle.front_m for vehicle in vehicles])
+        self._offset_m = np.append(self._offset_m, at_m - self._traffic.odometers(names))
+        self.at_m = np.append(self.at_m, at_m)
+        self.tops = np.append(self.tops, [vehicle.make.top for vehicle in vehicles])
         self.names += names
 
     def drop(self, row: int) -> None:

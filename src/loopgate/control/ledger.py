@@ -68,9 +68,7 @@ class Ledger:
         """How often a front was past the end of the last granted leg: should be never."""
         self.refusals: dict[str, int] = {}
         """How often each reason was given."""
-        self._grants = 0
-        self._turn = 0
-        self._made = 0
+        self._grants = self._turn = self._made = 0
         self._woken: list[tuple[float, int, Vehicle]] = []
         self._looking: list[Vehicle] = []
         self._near: list[Vehicle] = []
@@ -79,9 +77,15 @@ class Ledger:
         self._opening: list[Place] = []
 
     def take_in(
-        self, name: str, path: list[Leg], position: int, make: Make = POINT, lap_m: float = 0.0
+        self,
+        name: str,
+        path: list[Leg],
+        position: int,
+        make: Make = POINT,
+        lap_m: float = 0.0,
+        beyond: int = 0,
     ) -> Vehicle:
-        """Put a new vehicle last in line in the place at `position` of its path.
+        """Put a new vehicle last in line in a place of its path; it may hold so many `beyond` its slots.
 
         `loopgate.control.chain.closes_by_entering` says before whether it closes a circle there. Raises
         `ValueError` if the name is taken or no slot is free there.
@@ -90,7 +94,7 @@ class Ledger:
         if name in self.vehicles:
             msg = f"vehicle {name} is there already, in place {self.vehicles[name].leg.place.name}"
             raise ValueError(msg)
-        if place.is_full():
+        if len(place.bodies) >= place.slots + beyond:
             msg = f"vehicle {name} does not fit into place {place.name}: its {place.slots} slots are taken"
             raise ValueError(msg)
         vehicle = Vehicle(self._made, name, path[position], make, lap_m)
@@ -136,8 +140,7 @@ class Ledger:
     def passed(self, vehicle: Vehicle) -> None:
         """Record that the front of a vehicle has come to where it has something to do, or beyond."""
         front_m = vehicle.front_m
-        if vehicle.trespasses():
-            self.trespasses += 1
+        self.trespasses += vehicle.begins_to_trespass()
         while vehicle.trips and front_m >= vehicle.trips[0].clear_m:
             trip = vehicle.trips.pop(0)
             trip.over.movement.junction.trips.remove(trip)

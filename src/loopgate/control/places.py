@@ -250,13 +250,14 @@ class Vehicle:
     when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
     where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
     `beside`: whether it stands there and holds none, or is not yet back on the road. `withheld`: why it
-    is granted nothing for now, whatever the other rules say; or "".
+    is granted nothing for now, whatever the other rules say; or "". `astray`: whether it was
+    seen past the end of its last granted leg.
     """
 
     __slots__ = (
-        "asks", "beside", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m", "laps_m",
-        "leg", "line_m", "longest_s", "make", "name", "near", "number", "parks", "reason", "refused_s",
-        "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "withheld", "woken",
+        "asks", "astray", "beside", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m",
+        "laps_m", "leg", "line_m", "longest_s", "make", "name", "near", "number", "parks", "reason",
+        "refused_s", "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -281,7 +282,7 @@ class Vehicle:
         self.near = False
         self.steered = False
         self.stop_m = inf
-        self.parks = self.beside = False
+        self.parks = self.beside = self.astray = False
         self.withheld = ""
         self.reason = ""
         self.refused_s: dict[str, float] = {}
@@ -304,6 +305,11 @@ class Vehicle:
     def trespasses(self) -> bool:
         """Return whether its front is past the end of its last granted leg."""
         return self.front_m > self.line_m + TOLERANCE_M
+
+    def begins_to_trespass(self) -> bool:
+        """Return whether its front is past that end, and was not when this was asked before."""
+        before, self.astray = self.astray, self.trespasses()
+        return self.astray and not before
 
     def left_m(self) -> float:
         """Return how far it is from there [m]."""

@@ -45,14 +45,16 @@ class Driver:
         self.row = cast("np.void", tables.vehicles[robot])
         """Its row, to be read and set by column."""
 
-    def drives_like(self, dynamics: Dynamics) -> None:
-        """Take over what the vehicle can do."""
+    def drives_like(self, dynamics: Dynamics, step_s: float = 0.0) -> None:
+        """Take over what the vehicle can do; one that is told to drive beyond any limit goes on so."""
         row = self.row
         row["length_m"] = dynamics.length_m
         row["accel"] = dynamics.accel_mps2
         row["decel"] = dynamics.decel_mps2
         row["haste"] = max(1.0, dynamics.speed_factor)
         row["top"] = self.track.top_speed_mps * row["haste"]
+        if step_s and row["speed"] > row["top"]:
+            row["top"] = row["speed"] + row["accel"] * step_s
 
     @property
     def front_m(self) -> float:
@@ -73,6 +75,26 @@ class Driver:
     def length_m(self) -> float:
         """Its length [m]."""
         return float(self.row["length_m"])
+
+    @property
+    def decel_mps2(self) -> float:
+        """Its deceleration [m/s2]."""
+        return float(self.row["decel"])
+
+    @property
+    def offset_m(self) -> float:
+        """How much more its arc length is than what its odometer reads [m]."""
+        return float(self.row["offset"])
+
+    @property
+    def stop_m(self) -> float:
+        """Where it stops next by itself [m]; infinity if it does not."""
+        return float(self.row["stop_m"])
+
+    @property
+    def halted(self) -> bool:
+        """Whether it stands at the line at which it is held."""
+        return not math.isnan(self.row["halted_s"])
 
     @property
     def top_mps(self) -> float:

@@ -134,8 +134,8 @@ class Happening(NamedTuple):
     vehicle: str
     event: str
     place: str
-    reason: str
-    stage: str
+    reason: str = ""
+    stage: str = ""
 
 
 class EventFeed(Recorder):

@@ -42,6 +42,14 @@ class Led(Protocol):
         """Its speed in the last step [m/s]."""
 
     @property
+    def front_m(self) -> float:
+        """Where its front was after the last step, in arc length that grows from lap to lap [m]."""
+
+    @property
+    def line_m(self) -> float:
+        """Where the last granted leg ends [m]."""
+
+    @property
     def stops_here(self) -> bool:
         """Whether it is to stop before it gets to the end of its last grant, or does."""
 

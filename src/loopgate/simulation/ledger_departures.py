@@ -12,33 +12,15 @@ from loopgate.control.departures import Due
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
 from loopgate.control.way import Way
-from loopgate.drive.track import Track
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.fleet.departures import Arrived, Departures
+from loopgate.simulation.ledger_leading import way_of
 from loopgate.traffic.base import Traffic
 
 NEVER_FULL: Final = 1 << 30
 """How many vehicles are taken to fit where vehicles go that arrive."""
-
-
-def way_of(track: Track, *, foreseen: bool = True) -> Way:
-    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
-    return Way(
-        vehicle=track.vehicle,
-        loop=track.loop,
-        lap_m=float(track.lap_m),
-        top=float(track.top_speed_mps),
-        legs=track.legs,
-        edges=track.edges,
-        position=track.start_position,
-        front_m=float(track.front_m),
-        renewed_on=track.rerouted_on,
-        renews=track.rounds[0].route if track.renews and track.rounds else "",
-        keeps_lane=track.keeps_lane,
-        foreseen=foreseen,
-    )
 
 
 def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:

@@ -36,12 +36,15 @@ class LedgerDrive:
     ways
         Of the vehicles that are there from the beginning.
     gate
-        Whose promise holds.
+        Whose promise holds; None while nobody is there.
     slack
         Of ordinary traffic, if there is any.
     asked
         The gate, if it is another than the chain rule.
     """
+
+    gate: Gate
+    """Whose promise holds."""
 
     def __init__(
         self,
@@ -49,7 +52,7 @@ class LedgerDrive:
         recorder: Recorder,
         driving: Driving,
         ways: Sequence[Way],
-        gate: Gate,
+        gate: Gate | None,
         slack: Slack | None = None,
         asked: AskedGate | None = None,
     ) -> None:
@@ -57,7 +60,8 @@ class LedgerDrive:
         self._slack, self._asked = slack, asked
         self._by_gate = asked.blockers if asked else None
         self._ledger = driving.ledger
-        self.gate = gate
+        if gate is not None:
+            self.gate = gate
         self._times = Histogram()
         recorder.before = self.settle
         driving.on_answer = self._time

@@ -12,18 +12,36 @@ from loopgate.abstraction.itinerary import Leg
 from loopgate.control.blocking import ahead
 from loopgate.control.driving import Driving
 from loopgate.control.leading import wait_again, wait_for_nothing
-from loopgate.control.places import Vehicle
+from loopgate.control.places import Make, Vehicle
 from loopgate.control.rules import chain
+from loopgate.control.way import Way
 from loopgate.drive.track import Track
-from loopgate.simulation.ledger_departures import way_of
-from loopgate.traffic.base import Traffic
+from loopgate.traffic.base import Dynamics, Traffic
+
+
+def way_of(track: Track, *, foreseen: bool = True) -> Way:
+    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
+    return Way(
+        vehicle=track.vehicle,
+        loop=track.loop,
+        lap_m=float(track.lap_m),
+        top=float(track.top_speed_mps),
+        legs=track.legs,
+        edges=track.edges,
+        position=track.start_position,
+        front_m=float(track.front_m),
+        renewed_on=track.rerouted_on,
+        renews=track.rounds[0].route if track.renews and track.rounds else "",
+        keeps_lane=track.keeps_lane,
+        foreseen=foreseen,
+    )
 
 
 class LedLedgerVehicle:
-    """A vehicle of the ledger: see `loopgate.simulation.leading.Led`."""
+    """A vehicle of the ledger: see `loopgate.simulation.leading.Led`, and `Member` of `attaching.members`."""
 
-    def __init__(self, vehicle: Vehicle, track: Track) -> None:
-        self.vehicle, self.track = vehicle, track
+    def __init__(self, driving: Driving, vehicle: Vehicle, track: Track) -> None:
+        self._driving, self.vehicle, self.track = driving, vehicle, track
         self.id = vehicle.name
 
     @property
@@ -58,6 +76,59 @@ class LedLedgerVehicle:
     def stops_here(self) -> bool:
         """Whether it is to stop before it gets to the end of its last grant, or does."""
         return self.vehicle.stops_here()
+
+    @property
+    def front_m(self) -> float:
+        """Where its front was after the last step [m]."""
+        return self.vehicle.front_m
+
+    @property
+    def line_m(self) -> float:
+        """Where the last granted leg ends [m]."""
+        return self.vehicle.line_m
+
+    @property
+    def offset_m(self) -> float:
+        """How much more that arc length is than what its odometer reads [m]."""
+        return self._driving.fronts.offset_m(self.vehicle.row)
+
+    @property
+    def length_m(self) -> float:
+        """Its length [m]."""
+        return self.vehicle.make.length_m
+
+    @property
+    def accel_mps2(self) -> float:
+        """Its acceleration [m/s2]."""
+        return self.vehicle.make.accel
+
+    @property
+    def decel_mps2(self) -> float:
+        """Its deceleration [m/s2]."""
+        return self.vehicle.make.decel
+
+    @property
+    def stop_m(self) -> float:
+        """Where it stops next by itself [m]; infinity if it does not."""
+        return self.vehicle.stop_m
+
+    @property
+    def halted(self) -> bool:
+        """Whether it stands at the line at which it is held."""
+        return self._driving.accounts.of[self.id].halted_s < inf
+
+    def drives_like(self, can: Dynamics, step_s: float) -> None:
+        """Take over what it can do; one that is told to drive beyond any limit goes on so."""
+        vehicle, haste = self.vehicle, max(1.0, can.speed_factor)
+        top = self.track.top_speed_mps * haste
+        if vehicle.speed > top:
+            top = vehicle.speed + can.accel_mps2 * step_s
+        before = vehicle.make
+        now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste)
+        if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
+            vehicle.make = Make(*now, foreseen=before.foreseen)
+            self._driving.fronts.tops[vehicle.row] = top
+            self._driving.ledger.consider(vehicle)  # it may have to ask sooner
 
     def leg(self, number: int) -> Leg:
         """Return a leg of its way."""
@@ -97,6 +168,10 @@ class LedgerLeading:
         self._seen = -1
         self._withheld: AbstractSet[str] = frozenset()
 
+    def know(self, tracks: Iterable[Track]) -> None:
+        """Take note of the tracks of vehicles that come."""
+        self._tracks |= {track.vehicle: track for track in tracks}
+
     @property
     def changes(self) -> int:
         """How often vehicles have come or gone, or have been led another way."""
@@ -110,7 +185,7 @@ class LedgerLeading:
             self._known = {
                 name: known[name]
                 if name in known and known[name].vehicle is vehicle
-                else LedLedgerVehicle(vehicle, self._tracks[name])
+                else LedLedgerVehicle(self._driving, vehicle, self._tracks[name])
                 for name, vehicle in self._ledger.vehicles.items()
             }
         return self._known

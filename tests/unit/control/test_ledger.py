@@ -7,8 +7,8 @@ import pytest
 from loopgate.control.chain import circle_from, closes, closes_by_entering
 from loopgate.control.departures import is_crowded
 from loopgate.control.ledger import Ledger
-from loopgate.control.parking import come_back, has_slot_for, line_up
-from loopgate.control.places import Place, path_of
+from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
+from loopgate.control.places import Leg, Place, joined, path_of
 from loopgate.control.rules import usual
 
 
@@ -55,6 +55,40 @@ def test_a_path_that_ends_is_left() -> None:
     assert ledger.answer() == [car]
     assert not a.line
     assert not ledger.vehicles
+
+
+def test_vehicles_that_come_are_in_line_where_they_are() -> None:
+    a = Place("a", 3)
+    ledger, path = (
+        Ledger(usual()),
+        joined([Leg(a, 0, 0.0, 100.0), Leg(Place("b", 3), 1, 100.0, 200.0)], closed=True),
+    )
+    for name, front_m in (("middle", 50.0), ("first", 80.0), ("last", 20.0)):
+        come = ledger.take_in(name, path, 0)
+        come.front_m = front_m
+        put_in_order(ledger, come)
+    assert [one.name for one in a.line] == ["first", "middle", "last"]
+    assert [body.vehicle.name for body in a.bodies] == ["first", "middle", "last"]
+    assert mend_order(ledger, [a]) == 0
+    ledger.vehicles["last"].front_m = 95.0
+    assert mend_order(ledger, [a]) == 1
+    assert a.line[0].name == "last"
+
+
+def test_a_trespass_counts_once_until_it_is_over() -> None:
+    ledger, path = (
+        Ledger(usual()),
+        joined([Leg(Place(p, 2), n, 100.0 * n, 100.0 * n + 100.0) for n, p in enumerate("abc")], closed=True),
+    )
+    car = ledger.take_in("car", path, 0)
+    for car.front_m in (50.0, 101.0, 110.0):
+        ledger.passed(car)
+    assert ledger.trespasses == 1
+    ledger.ask(car)
+    assert ledger.answer() == [car]
+    car.front_m = 201.0
+    ledger.passed(car)
+    assert ledger.trespasses == 2
 
 
 def test_nobody_is_taken_in_twice_or_into_a_full_place() -> None:

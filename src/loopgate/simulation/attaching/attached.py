@@ -9,7 +9,6 @@ from typing import Any, Self
 
 import pandas as pd
 
-from loopgate.drive.driver import Driver
 from loopgate.drive.histogram import Histogram
 from loopgate.drive.track import round_routes
 from loopgate.errors import ScenarioError, TrafficError
@@ -21,7 +20,10 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
+from loopgate.simulation.attaching.ledger_fleet import LedgerFleet
+from loopgate.simulation.attaching.members import Members
 from loopgate.simulation.attaching.newcomers import Newcomer
+from loopgate.simulation.drives import Record
 from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
 from loopgate.simulation.settings import why_unsafe
@@ -40,7 +42,7 @@ _STANDING_S = 60.0
 class _Members:
     """The vehicles under a gate at the time of asking."""
 
-    def __init__(self, fleet: Fleet) -> None:
+    def __init__(self, fleet: Members) -> None:
         self._fleet = fleet
 
     def __contains__(self, vehicle: object) -> bool:
@@ -77,18 +79,16 @@ class Attached:
         self,
         sumo: RunningSumo,
         network: RoadNetwork,
+        settings: dict[str, Any],
         *,
-        gate: str,
-        negotiation: str,
-        lights: str,
-        seed: int,
         starving_s: float = 600.0,
         standing: str = "contain",
+        engine: str = "tables",
     ) -> None:
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
-        self._settings = {"gate": gate, "negotiation": negotiation, "lights": lights, "seed": seed}
-        self._starving_s, self._standing = starving_s, standing
-        self._negotiation = make_negotiation(negotiation, Random(seed))
+        self._settings = settings
+        self._starving_s, self._standing, self._engine = starving_s, standing, engine
+        self._negotiation = make_negotiation(settings["negotiation"], Random(settings["seed"]))
         self._stack = ExitStack()
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
         self._ends: dict[str, str] = {}
@@ -118,7 +118,7 @@ class Attached:
         return self._made
 
     @property
-    def _fleet(self) -> Fleet:
+    def _fleet(self) -> Members:
         return self._entrance.fleet
 
     def add(self, *vehicles: str) -> None:
@@ -341,12 +341,12 @@ class Attached:
                 self._collisions_with_others += 1
             self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
 
-    def _count(self, driver: Driver) -> None:
+    def _count(self, driver: Record) -> None:
         """Add the figures of a vehicle under the gate."""
         self._add_up(self._done, driver)
         self._vehicles += 1
 
-    def _add_up(self, figures: dict[str, float], driver: Driver) -> None:
+    def _add_up(self, figures: dict[str, float], driver: Record) -> None:
         now = self._traffic.now_s
         figures["laps"] += driver.laps
         figures["distance_m"] += driver.distance_m
@@ -358,13 +358,13 @@ class Attached:
         """Figures so far, as a mapping with the keys of ``summary.json``."""
         if self._final is not None:
             return self._final
-        return self._figures() | self._fleet.around.report()
+        return {**self._figures(), **self._fleet.around.report()}
 
     def _figures(self) -> dict[str, Any]:
         figures = dict(self._done)
-        for driver in self._fleet.members.values():
-            self._add_up(figures, driver)
-        engine, keeper = self._fleet.engine, self._fleet.keeper
+        for record in self._fleet.drive.records.values():
+            self._add_up(figures, record)
+        drive, keeper = self._fleet.drive, self._fleet.keeper
         times = Histogram(keeper.decision_us.values())
         return {
             **self._settings,
@@ -380,7 +380,7 @@ class Attached:
             "longest_wait_s": round(figures["longest_wait_s"], 3),
             "collisions": self._collisions,
             "collisions_with_others": self._collisions_with_others,
-            **{name: getattr(engine, name) for name in ("overruns", "trespasses", "strays")},
+            **{name: getattr(drive, name) for name in ("overruns", "trespasses", "strays")},
             "mended": self._entrance.mended,
             "without_way": list(self._traffic.without_way),
             "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
@@ -400,15 +400,19 @@ class Attached:
         settings = self._settings
         obeyed = settings["lights"] == "obey"
         rules = Rules(settings["gate"], self._negotiation, lights=obeyed, expects=True)
-        self._made = JoiningQueue(self._network, self._traffic, self._recorder, rules)
-        fleet = self._made.fleet
+        fleet: Members
+        if self._engine == "ledger":
+            fleet = LedgerFleet(self._network, self._traffic, self._recorder, obeys=obeyed)
+        else:
+            fleet = Fleet(self._network, self._traffic, self._recorder, rules)
+        self._made = JoiningQueue(self._network, self._traffic, fleet)
         fleet.on_leaving = self._count
         contained = OwnersContainment(
             self._sumo, self._network, self._recorder, self._made, standing=self._standing
         )
         self._contained, self._made.before_asking = contained, contained.look
         self._hunger = StarvationWatch(
-            fleet.engine,
+            fleet.drive,
             self._traffic,
             self._recorder,
             after_s=self._starving_s,
@@ -416,7 +420,7 @@ class Attached:
             reason=contained.reason,
         )
         self._watch = DeadlockDetector(
-            self._traffic, after_s=_STANDING_S, at_gate=fleet.engine.refused, own=_Members(fleet)
+            self._traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=_Members(fleet)
         )
         self.connection = self._sumo.connection
         _OPEN.append(self)

@@ -54,7 +54,7 @@ class OwnersStanding:
 
     def keeps_loop(self, vehicle: str) -> bool:
         """Return whether the owner has set a stop of a vehicle: that is on its loop."""
-        return isfinite(self._queue.fleet.members[vehicle].row["stop_m"])
+        return isfinite(self._queue.fleet.members[vehicle].stop_m)
 
 
 class OwnersContainment:
@@ -96,7 +96,7 @@ class OwnersContainment:
             self._standing,
             ways,
             sumo.traffic,
-            queue.fleet.engine,
+            queue.fleet.leads,
             recorder,
             waits=self._waits,
             leaves=standing == "leave",
@@ -150,7 +150,7 @@ class OwnersContainment:
     def look(self) -> None:
         """Close blocked places, and lead vehicles round them; call in each step before vehicles ask."""
         now = self._sumo.traffic.now_s
-        self._queue.fleet.engine.open_up()
+        self._queue.fleet.open_up()
         if now >= self._next_s:
             self._next_s = now + _EVERY_S
             self._drop_gone()

@@ -1,19 +1,14 @@
 """Vehicles of an owner's simulation join the gate, are changed by the owner, and leave."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
-import numpy as np
-
-from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, RoadNetwork, VehicleType
-from loopgate.results.recorder import Recorder
+from loopgate.simulation.attaching.members import Member, Members
 from loopgate.simulation.attaching.moves import MOVED_M, Moves
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.traffic.base import Traffic
 
 GONE = "gone"
@@ -33,8 +28,10 @@ class JoiningQueue:
 
     Parameters
     ----------
-    network, traffic, recorder, rules
-        See `Fleet`.
+    network, traffic
+        The roads, and the running simulation.
+    fleet
+        The vehicles under the gate: none yet.
 
     Notes
     -----
@@ -44,15 +41,13 @@ class JoiningQueue:
     grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, rules: Rules) -> None:
+    def __init__(self, network: RoadNetwork, traffic: Traffic, fleet: Members) -> None:
         self._traffic = traffic
         self.plan = Plan(network, ())
         self._next: Plan | None = None
-        self.fleet = Fleet(network, traffic, recorder, rules)
+        self.fleet = fleet
         """The vehicles under the gate."""
         self._moves = Moves(network, traffic)
-        self._engine = self.fleet.engine
-        self._members = self.fleet.members
         self.newcomers: dict[str, Newcomer] = {}
         self._spare: tuple[Plan | None, float] = None, math.inf
         """The next plan without the ways that were laid last, and when it comes if nobody settles [s]."""
@@ -73,6 +68,10 @@ class JoiningQueue:
         if plan is not self.plan:
             self._next = plan
         self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
+
+    @property
+    def _members(self) -> Mapping[str, Member]:
+        return self.fleet.members
 
     @property
     def coming(self) -> Plan | None:
@@ -103,7 +102,7 @@ class JoiningQueue:
             del self.newcomers[vehicle]
             self._traffic.leave_gate(vehicle)
         if self.fleet.let_go(gone, reason):
-            self._engine.answer()
+            self.fleet.answer()
 
     def after_step(self) -> None:
         """Act after a step of the simulation."""
@@ -111,11 +110,10 @@ class JoiningQueue:
         if self._members:
             self._traffic.stay_braked()
             self._heed_dynamics()
-            self._heed_speeds(self._engine.vehicles)
             self._heed_stops()
             self.before_asking()
-            self._engine.after_step()
-            self.mended += self._engine.mend_order()
+            self.fleet.after_step()
+            self.mended += self.fleet.mend_order()
         self._take_in()
 
     def _heed_dynamics(self) -> None:
@@ -126,7 +124,7 @@ class JoiningQueue:
         TrafficError
             If one is longer than it was: its places have not been laid for that.
         """
-        for driver in self._engine.drivers:
+        for driver in self._members.values():
             can = self._traffic.dynamics(driver.id)
             if can.length_m > driver.length_m + _LONGER_M:
                 msg = (
@@ -134,28 +132,20 @@ class JoiningQueue:
                     f"and is {can.length_m:g} m; let it leave the gate, and add it again"
                 )
                 raise TrafficError(msg)
-            if can.decel_mps2 > float(driver.row["decel"]):
+            if can.decel_mps2 > driver.decel_mps2:
                 self._traffic.show_brakes(driver.id)
-            driver.drives_like(can)
-
-    def _heed_speeds(self, vehicles: Any) -> None:  # noqa: ANN401  a table, by column
-        """Count on it that vehicles go on as fast as they are told to drive, beyond any limit."""
-        faster = vehicles["speed"] + vehicles["accel"] * self._traffic.step_s
-        told = vehicles["speed"] > vehicles["top"]
-        vehicles["top"] = np.where(told, faster, vehicles["top"])
+            driver.drives_like(can, self._traffic.step_s)
 
     def _heed_stops(self) -> None:
         """Note the owner's stops of vehicles; a stop after the stop that holds a vehicle lies beyond it."""
-        for driver in self._engine.drivers:
-            before_m, stop, at_m = float(driver.row["stop_m"]), self._traffic.next_stop(driver.id), math.inf
+        for driver in self._members.values():
+            before_m, stop, at_m = driver.stop_m, self._traffic.next_stop(driver.id), math.inf
             if stop is not None:
                 edge, position_m, beyond = stop
                 at_m = driver.track.ahead(
                     edge, position_m, driver.line_m if beyond else driver.front_m - MOVED_M
                 )
-            driver.row["stop_m"] = at_m
-            if at_m > before_m + MOVED_M:  # that one is over
-                self._engine.asks_anew(driver)
+            self.fleet.stops_at(driver.id, at_m, anew=at_m > before_m + MOVED_M)
 
     def _notice(self) -> None:
         """Drop vehicles that are gone; a vehicle that was moved joins anew."""
@@ -192,15 +182,15 @@ class JoiningQueue:
     def _replan(self, plan: Plan) -> bool:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
         goes_on = not self._members or plan.goes_on_with(self.plan)
-        if not goes_on and not self._engine.settled:
+        if not goes_on and not self.fleet.settled:
             other, until_s = self._spare
             if self._traffic.now_s >= until_s:  # somebody stands who cannot
                 self._next, self._spare = other, (other, math.inf)
-                self._engine.vehicles["withheld"] = NOTHING
+                self.fleet.pause(pauses=False)
                 return False
-            self._engine.vehicles["withheld"] = TRAFFIC  # newcomers are no more than that so far
+            self.fleet.pause(pauses=True)
             return False
-        self._engine.vehicles["withheld"] = NOTHING
+        self.fleet.pause(pauses=False)
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:
@@ -220,7 +210,7 @@ class JoiningQueue:
         if not self.fleet.take_in(tracks, beyond=1):
             return False
         self._heed_stops()
-        self._engine.answer()
+        self.fleet.answer()
         for newcomer in newcomers:
             del self.newcomers[newcomer.vehicle]
         return True

@@ -3,13 +3,13 @@
 from collections import Counter
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from time import perf_counter
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.drive.by_messages.bridge import Bridge
 from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
 from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
+from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
@@ -17,18 +17,19 @@ from loopgate.drive.observed import ObservedEngine
 from loopgate.drive.timetable import Timetable
 from loopgate.drive.track import Track
 from loopgate.errors import GateError, ScenarioError
-from loopgate.gates import Gate, make_gate
+from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.certified.chain import closes_by_entering
-from loopgate.gates.certified.crowding import SPARE, find_crowd
-from loopgate.model import Robot, RobotId, StateId, System
+from loopgate.model import StateId, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
+from loopgate.simulation.drives import Record
 from loopgate.simulation.fleet.sides import far_side
+from loopgate.simulation.fleet.start import start_with
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 from loopgate.vehicles.air import AirSettings
@@ -94,7 +95,7 @@ class Fleet:
         """How many all states on the road hold."""
         self.changes = 0
         """How often vehicles joined or left."""
-        self.on_leaving: Callable[[Driver], None] = lambda _: None
+        self.on_leaving: Callable[[Record], None] = lambda _: None
         """Called with each vehicle that leaves, while it can still be asked."""
         self.keeper = keeper = Gatekeeper(rules.negotiation, serve_after_s=rules.serve_after_s)
         timetable = Timetable(traffic, signals_of(network))
@@ -117,6 +118,45 @@ class Fleet:
     def members(self) -> Mapping[str, Driver]:
         """The vehicles under the gate, by name."""
         return self.engine.driver_of
+
+    @property
+    def drive(self) -> ObservedEngine:
+        """What drives them."""
+        return self.engine
+
+    leads = drive
+    """What leads them other ways."""
+
+    @property
+    def settled(self) -> bool:
+        """Whether every vehicle holds the state it is in and nothing else."""
+        return self.engine.settled
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
+        self.engine.after_step()
+
+    def answer(self) -> None:
+        """Answer the requests since somebody has come or gone."""
+        self.engine.answer()
+
+    def open_up(self) -> None:
+        """Let vehicles into all states again that were shut."""
+        self.engine.open_up()
+
+    def pause(self, *, pauses: bool) -> None:
+        """Grant nothing to anybody for now, or grant again."""
+        self.engine.vehicles["withheld"] = TRAFFIC if pauses else NOTHING  # newcomers are but traffic so far
+
+    def stops_at(self, vehicle: str, at_m: float, *, anew: bool) -> None:
+        """Note where a vehicle stops next by itself [m]; `anew`: it has made a stop, and asks as of now."""
+        self.members[vehicle].row["stop_m"] = at_m
+        if anew:
+            self.engine.asks_anew(self.members[vehicle])
+
+    def mend_order(self) -> int:
+        """Put the lines of all states in the order on the road; return how many were not in it."""
+        return self.engine.mend_order()
 
     def drive_by(
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
@@ -262,61 +302,11 @@ class Fleet:
         GateError
             If the gate cannot keep its promise with them.
         """
-        members = self.members
-        lines: dict[StateId, list[str]] = {}
-        for driver in members.values():
-            state = driver.leg(driver.granted).state
-            if state not in lines:
-                lines[state] = [other.id for other in self.engine.line(state)]
-        tracks = {vehicle: driver.track for vehicle, driver in members.items()}
-        left_m = {v: driver.end_m(driver.granted) - driver.front_m for v, driver in members.items()}
-        positions = {vehicle: driver.granted for vehicle, driver in members.items()}
-        for track in joining:
-            leg = track.legs[track.start_position]
-            tracks[track.vehicle], positions[track.vehicle] = track, track.start_position
-            left_m[track.vehicle] = leg.end_m - track.front_m
-            line = lines.setdefault(leg.state, [])
-            line.insert(sum(left_m[other] <= left_m[track.vehicle] for other in line), track.vehicle)
-        standing = [vehicle for line in lines.values() for vehicle in line]
-        vehicles = [*standing, *(vehicle for vehicle in members if vehicle not in set(standing))]
-        room = self.room
-        system = _system([tracks[v] for v in vehicles], [positions[v] for v in vehicles], room)
-        gate = make_gate(self._rules.gate, system, perf_counter)
         comes_to_stay = self._rules.expects and any(track.rounds for track in joining)
-        _refuse_crowd(gate, system, room, self._passing if comes_to_stay else ())
-        return system, gate
+        passing = self._passing if comes_to_stay else ()
+        return start_with(self.engine, joining, self.room, self._rules.gate, passing)
 
 
 def _controllers(settings: AirSettings, seed: int) -> Controllers:
     """Return controllers in processes of their own, or in this one."""
     return Bridge(settings, seed) if settings.processes else ControllersHere()
-
-
-def _system(tracks: Sequence[Track], positions: Sequence[int], room: Mapping[str, int]) -> System:
-    """Return the vehicles as robots that stand where they are; a place holds all that stand in it."""
-    robots = [
-        Robot(RobotId(track.vehicle), tuple(leg.state for leg in track.legs), start=at % len(track.legs))
-        for track, at in zip(tracks, positions, strict=True)
-    ]
-    visited = dict.fromkeys(state for robot in robots for state in robot.path)
-    standing = Counter(robot.path[robot.start] for robot in robots)
-    capacity = {state: max(room[state], standing[state]) for state in visited}
-    return System(robots, capacity, capacity.keys())
-
-
-def _refuse_crowd(
-    gate: Gate, system: System, room: Mapping[str, int], passing: Sequence[Sequence[StateId]] = ()
-) -> None:
-    """See to it that everyone can still go on where a place holds more than it has slots for.
-
-    And that those can who come later on ways that are driven once: nothing is looked at when they do.
-    """
-    slots = [room[state] for state in system.states]
-    if (slots == list(system.room) and not passing) or getattr(gate, "promise", "") != "everyone":
-        return
-    wide = [max(SPARE, most) if own else most for most, own in zip(slots, system.private, strict=True)]
-    number = {state: place for place, state in enumerate(system.states)}
-    ways = [[number.get(state, len(number)) for state in way] for way in passing]
-    if find_crowd(system.paths, wide, ways) is not None:
-        msg = "with the vehicles that join, not every vehicle could go on for ever"
-        raise GateError(msg)

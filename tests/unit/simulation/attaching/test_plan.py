@@ -15,7 +15,7 @@ from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.fleet.fleet import _refuse_crowd
+from loopgate.simulation.fleet.start import _refuse_crowd
 
 CAR = VehicleType()
 TRUCK = replace(CAR, id="truck", length_m=16.0)

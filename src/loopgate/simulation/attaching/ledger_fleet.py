@@ -1,0 +1,154 @@
+"""An owner's vehicles under the ledger: see `loopgate.simulation.attaching.members.Members`."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from loopgate.abstraction.itinerary import Itinerary
+from loopgate.control.driving import Driving
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.control.lights import light
+from loopgate.control.ordinary import traffic as among
+from loopgate.control.parking import mend_order
+from loopgate.control.refusal import Rule
+from loopgate.control.rules import Reserve, usual
+from loopgate.drive.track import Track
+from loopgate.errors import GateError
+from loopgate.gates.certified import CertifiedGate
+from loopgate.network import RoadNetwork
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.around.laid_roads import LaidRoads
+from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.drives import Record
+from loopgate.simulation.fleet.start import start_with
+from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.ledger_leading import LedgerLeading, LedLedgerVehicle, way_of
+from loopgate.traffic.base import Traffic
+
+_GATE = "certified"
+
+
+class LedgerFleet:
+    """The vehicles that the ledger drives among ordinary traffic, while their owner steps the simulation.
+
+    Parameters
+    ----------
+    obeys
+        Whether traffic lights are obeyed.
+    """
+
+    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, *, obeys: bool) -> None:
+        self._traffic = traffic
+        self._lamps = Lamps(traffic)
+        self._signals = signals_in(network, self._lamps) if obeys else {}
+        self._roads = roads = LaidRoads(network, traffic, self._lamps.__getitem__)
+        outside: list[Rule] = [light] if self._signals else []
+        outside += [among(roads.sight, roads.slack)]
+        reserve = Reserve()
+        self._driving = Driving(
+            traffic,
+            Layout({}, [], self._signals, roads.add),
+            Ledger(usual(reserve, outside), step_s=traffic.step_s),
+            sight=roads.sight,
+            has_room=roads.has_room,
+            reserve=reserve,
+        )
+        self._driving.is_courteous = False
+        self._ledger = self._driving.ledger
+        self.drive = LedgerDrive(traffic, recorder, self._driving, (), None, roads.slack)
+        self.keeper = self.drive
+        self.leads = LedgerLeading(traffic, self._driving, ())
+        self.around = self
+        self.changes = 0
+        self.on_leaving: Callable[[Record], None] = lambda _: None
+        self._room: Mapping[str, int] = {}
+        self._plan: Sequence[Itinerary] = ()
+
+    @property
+    def members(self) -> Mapping[str, LedLedgerVehicle]:
+        """The vehicles, by name."""
+        return self.leads.driver_of
+
+    @property
+    def settled(self) -> bool:
+        """Whether every vehicle holds the place it is in and nothing else."""
+        every = self._ledger.vehicles.values()
+        return all(one.beside or (one.is_settled() and not one.steered) for one in every)
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of lights and ordinary traffic."""
+        lights = ObeyedLights(self._lamps, self._signals, self._plan, self._driving.lights)
+        return {**lights.report(), **self._roads.report()}
+
+    def drive_by(
+        self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
+    ) -> None:
+        """Replace the itineraries and tracks of all vehicles, present and later; `room` is by place."""
+        self._plan, self._room = itineraries, room
+        legs = {track.loop: track.legs for track in ways}
+        if self._ledger.vehicles:
+            self._driving.lay_more(room, legs)
+        else:
+            self._driving.lay_anew(Layout(room, list(legs.values()), self._signals, self._roads.add))
+
+    def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
+        """Take vehicles in together if places and gate allow it; return whether they do. `answer` follows."""
+        come = Counter(track.legs[track.start_position].state for track in tracks)
+        bodies = {name: len(self._driving.places[name].bodies) for name in come}
+        if any(bodies[name] + number > self._room[name] + beyond for name, number in come.items()):
+            return False
+        try:
+            _, gate = start_with(self.leads, tracks, self._room, _GATE)
+        except GateError:
+            return False
+        if not (isinstance(gate, CertifiedGate) and gate.by_chain_alone):
+            return False
+        self.drive.gate = gate
+        self.changes += 1
+        self.leads.know(tracks)
+        self._driving.welcome([way_of(track) for track in tracks], beyond)
+        for track in tracks:
+            self._ledger.vehicles[track.vehicle].held = True
+        return True
+
+    def let_go(self, vehicles: set[str], reason: str) -> bool:
+        """Let vehicles under the gate go; return whether there are any: then `answer` follows."""
+        leaving = sorted(vehicles & self._ledger.vehicles.keys())
+        for name in leaving:
+            self.on_leaving(self.drive.records[name])
+            self._driving.leave(name, reason)
+        self.changes += bool(leaving)
+        return bool(leaving)
+
+    def after_step(self) -> None:
+        """Do what is due after a step of the traffic."""
+        self._driving.after_step()
+
+    def answer(self) -> None:
+        """Answer the requests since somebody has come or gone."""
+        self._driving.answer()
+
+    def open_up(self) -> None:
+        """Let vehicles into all places again that were shut."""
+        self._ledger.open_up()
+
+    def pause(self, *, pauses: bool) -> None:
+        """Grant nothing to anybody for now, or grant again."""
+        for vehicle in self._ledger.vehicles.values():
+            if vehicle.withheld in ("", "traffic"):
+                vehicle.withheld = "traffic" if pauses else ""
+
+    def stops_at(self, vehicle: str, at_m: float, *, anew: bool) -> None:
+        """Note where a vehicle stops next by itself [m]; `anew`: it has made a stop, and asks as of now."""
+        one = self._ledger.vehicles[vehicle]
+        one.stop_m = at_m
+        if anew and one.asks:
+            self._ledger.withdraw(one)
+            self._ledger.consider(one)
+
+    def mend_order(self) -> int:
+        """Put the lines of all places in the order on the road; return how many were not in it."""
+        return mend_order(self._ledger, self._driving.places.values())
