@@ -1,7 +1,7 @@
 """Vehicle-km where lights are obeyed: SUMO's own drivers beside the certified gate, under the same lights.
 
 The five-by-five grid with lights that follow the traffic and south-east Berlin on random loops; other
-networks with lights by their files.
+networks with lights by their files, with loops that turn round where streets end.
 
     python analysis/throughput_lights.py --seeds 5 --duration 900 --write
 
@@ -23,7 +23,14 @@ GRID = str(ROOT / "networks" / "grid5-actuated.net.xml")
 
 
 def study(
-    name: str, title: str, network: str, loops: int, longest_m: float, vehicles: tuple[int, ...]
+    name: str,
+    title: str,
+    network: str,
+    loops: int,
+    longest_m: float,
+    vehicles: tuple[int, ...],
+    *,
+    u_turns: bool = False,
 ) -> Study:
     """Return the study of a network: SUMO under its lights, and the gate that obeys them."""
 
@@ -31,7 +38,12 @@ def study(
         roads = RoadNetwork.open(network)
         length_m = (400.0, longest_m)
         return generate_loops(
-            roads, loops, length_m=length_m, seed=seed, admits=lambda loop: not why_not(roads, loop)
+            roads,
+            loops,
+            length_m=length_m,
+            seed=seed,
+            u_turns=u_turns,
+            admits=lambda loop: not why_not(roads, loop),
         )
 
     common = {"network": network}
@@ -47,7 +59,15 @@ if __name__ == "__main__":
     words.add_argument("networks", nargs="*", type=Path, help="networks with lights, instead of those two")
     given = words.parse_args()
     studies = [
-        study(file.name.partition(".")[0], str(file), str(file.resolve()), 60, 3000.0, (40, 100, 200, 300))
+        study(
+            file.name.partition(".")[0],
+            file.name,
+            str(file.resolve()),
+            60,
+            3000.0,
+            (40, 100, 200, 300),
+            u_turns=True,
+        )
         for file in given.networks
     ]
     given.write &= not studies
