@@ -13,6 +13,7 @@ import pytest
 import loopgate
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.simulation.attaching.joining_queue import JoiningQueue
+from loopgate.simulation.attaching.plan import Plan
 
 pytestmark = pytest.mark.sumo
 
@@ -118,18 +119,22 @@ def test_who_is_put_a_little_ahead_has_not_driven_there(gate: loopgate.Attached,
     assert figures(gate)[:2] == [0, 0]
 
 
-def test_who_is_on_a_lane_that_is_closed_stands_before_its_line(gate: loopgate.Attached) -> None:
-    """SUMO takes no stop there; whatever its owner tells it to drive, it waits for its grant."""
+@pytest.mark.parametrize("brakes", [False, True])
+def test_who_is_on_a_lane_that_is_closed_stands_before_its_line(
+    gate: loopgate.Attached, *, brakes: bool
+) -> None:
+    """SUMO takes no stop there; told to drive while it brakes or stands, a vehicle waits for its grant."""
     lanes = [lane for lane in map(get.getLaneID, gate.vehicles) if not lane.startswith(":")]
     for lane in lanes:
         libsumo.lane.setDisallowed(lane, ["passenger"])
     gate.block("C2C1")  # for ways round that all grants are withheld
     refused = set()
     for _ in range(10):
-        refused |= {vehicle for event, vehicle, _ in steps(gate, 1) if event == "refuse"}
-        for vehicle in gate.vehicles:
-            if get.getSpeed(vehicle) == 0.0:
+        fresh = {vehicle for event, vehicle, _ in steps(gate, 1) if event == "refuse"} - refused
+        for vehicle in fresh if brakes else gate.vehicles:
+            if brakes or get.getSpeed(vehicle) == 0.0:
                 get.setSpeed(vehicle, -1.0)
+        refused |= fresh
     assert refused
     assert figures(gate) == [0] * len(CLEAN)
 
@@ -290,6 +295,26 @@ def test_ways_that_could_not_be_laid_are_laid_later(
     steps(gate, 150)
     assert asked == [False, True]
     assert gate.summary["standing"]["led_round"] > 0
+
+
+def test_a_vehicle_is_added_while_ways_are_laid_in_vain(
+    gate: loopgate.Attached, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The ways are given up after a minute, as a vehicle stands in a junction; its loop is not."""
+    monkeypatch.setattr(Plan, "goes_on_with", lambda *_: False)
+    street = get.getRoute("v2")[get.getRouteIndex("v2") + 4]
+    while not get.getRoadID("v1").startswith(":"):
+        steps(gate, 1)
+    get.setSpeed("v1", 0.0)
+    gate.block(street)
+    steps(gate, 2)
+    get.add("late", "loop20")
+    gate.add("late")
+    steps(gate, 80)
+    get.setSpeed("v1", -1.0)
+    steps(gate, 80)
+    assert "late" in gate.vehicles
+    assert figures(gate) == [0] * len(CLEAN)
 
 
 @pytest.mark.parametrize("leaves", [False, True])

@@ -212,7 +212,7 @@ class Traffic(Protocol):
         """Stop a vehicle where it is: as hard as possible if it overruns its stop, else gently."""
 
     def stay_braked(self) -> None:
-        """Stop vehicles again that were braked: their owner may have told them to drive since."""
+        """Stop vehicles again that were braked, hard if they are no slower: their owner let them drive."""
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Remove the finished stops of a vehicle on edges other than `edge`.

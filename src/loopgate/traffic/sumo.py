@@ -90,7 +90,8 @@ class SumoTraffic(SumoStops, SumoLights):
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
         self._waits = RoadWaits(api, self._holds)
-        self._braked: set[str] = set()
+        self._braked: dict[str, float] = {}
+        """Of those that are braked: their speed in the step before [m/s]."""
         self._slowed: set[str] = set()
         self._modes: dict[str, tuple[int, int]] = {}
         """Of those under the gate: the modes for speed and for changing lanes that they had before."""
@@ -226,7 +227,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._first.discard(vehicle)
         if vehicle in self.arrived() or vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
-            self._braked.discard(vehicle)
+            self._braked.pop(vehicle, None)
             self._slowed.discard(vehicle)
             return
         self.release(vehicle)
@@ -306,7 +307,7 @@ class SumoTraffic(SumoStops, SumoLights):
     def release(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, reached or not, and no other stop."""
         if vehicle in self._braked:
-            self._braked.remove(vehicle)
+            del self._braked[vehicle]
             self._vehicle.setSpeed(vehicle, -1.0)
             self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
         self.drop_hold(vehicle)
@@ -333,15 +334,14 @@ class SumoTraffic(SumoStops, SumoLights):
         return mode & _ANY_LIGHT if vehicle in self._heedless else mode
 
     def brake(self, vehicle: str, *, hard: bool = True) -> None:
-        self._braked.add(vehicle)
+        self._braked[vehicle] = float(self._vehicle.getSpeed(vehicle))
         if hard:
             self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
         self._vehicle.setSpeed(vehicle, 0.0)
 
     def stay_braked(self) -> None:
-        """Stop vehicles again that were braked: their owner may have told them to drive since."""
-        for vehicle in self._braked:
-            self._vehicle.setSpeed(vehicle, 0.0)
+        for vehicle, before_mps in list(self._braked.items()):
+            self.brake(vehicle, hard=self._vehicle.getSpeed(vehicle) >= before_mps > 0.0)
 
     def collisions(self) -> Sequence[Collision]:
         if not self._simulation.getCollidingVehiclesNumber():

@@ -64,9 +64,14 @@ class JoiningQueue:
         RefusedLoopError
             If a loop of theirs cannot work as queues; then none is added.
         """
-        plan = (self._next or self.plan).extended((n.loop, n.kind) for n in newcomers)
+        loops = [(newcomer.loop, newcomer.kind) for newcomer in newcomers]
+        plan = (self._next or self.plan).extended(loops)
         if plan is not self.plan:
             self._next = plan
+        other, until_s = self._spare
+        if math.isfinite(until_s):
+            without = (other or self.plan).extended(loops)
+            self._spare = None if without is self.plan else without, until_s
         self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
 
     @property

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import networkx as nx
 
+from loopgate.drive.track import pivot
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
 from loopgate.network.incidents import Incidents
@@ -66,7 +67,7 @@ class Detours:
         Returns
         -------
         Loop or None
-            None if it does not use them, or no way leads round.
+            None if it does not use them, no way leads round, or the way passes every edge more than once.
         """
         edges = self._edges_around(loop, avoided)
         if edges is None:
@@ -76,7 +77,9 @@ class Detours:
         kept = {here for before, here in pairwise((edges[-1], *edges)) if (before, here) in same}
         lanes = {c.from_edge: c.from_lane for c in loop.movements if c.from_edge in kept}
         with suppress(RouteError, RefusedLoopError):
-            return make_loop(self._network, name, edges, vclass=self._vclass, leave_on=lanes)
+            found = make_loop(self._network, name, edges, vclass=self._vclass, leave_on=lanes)
+            pivot(found)  # raises RouteError where a vehicle's route could not be renewed
+            return found
         return None
 
     def _edges_around(self, loop: Loop, avoided: AbstractSet[str]) -> tuple[str, ...] | None:
@@ -86,7 +89,7 @@ class Detours:
         roads = self._graph.subgraph(edge for edge in self._graph if edge not in avoided)
         while edges is not None and not avoided.isdisjoint(edges):
             edges = self._around_first(roads, edges, avoided)
-        return edges
+        return None if edges is None else _single_lap(edges)
 
     def _around_first(
         self, roads: nx.DiGraph[str], edges: tuple[str, ...], avoided: AbstractSet[str]
@@ -157,6 +160,13 @@ def find_detours(
         If a loop of the vehicles themselves does not work as queues.
     """
     return find_detours_round(network, vehicles, _avoided(network, vehicles, incidents), beside)
+
+
+def _single_lap(edges: tuple[str, ...]) -> tuple[str, ...]:
+    """Return one lap of edges that are several equal laps: what is left of a loop that passes edges twice."""
+    count = len(edges)
+    laps = (lap for lap in range(1, count) if count % lap == 0 and edges[:lap] * (count // lap) == edges)
+    return edges[: next(laps, count)]
 
 
 def find_detours_round(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop, read_loops
 from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -34,6 +34,16 @@ def test_a_loop_round_an_edge_keeps_to_the_rest(mine: Loop) -> None:
         assert (before in found.edges) is turns_off
         assert len(set(mine.edges) - set(found.edges)) <= len(mine.edges) / 2
         assert found.id == f"{mine.id}~{edge}"
+
+
+def test_two_equal_laps_that_are_left_of_a_loop_become_one() -> None:
+    """Else the loop would pass every edge twice, and a route could be renewed on none of them."""
+    lap = ["E0D0", "D0D1", "D1E1", "E1E0"]
+    more = ["D1D2", "D2C2", "C2C1", "C1D1"]
+    loop = make_loop(GRID, "both", (*lap, *lap[:2], *more, *lap[2:]))
+    found = FINDER.around(loop, set(more))
+    assert found is not None
+    assert sorted(found.edges) == sorted(lap)
 
 
 def test_where_nothing_leads_round_there_is_no_loop() -> None:
