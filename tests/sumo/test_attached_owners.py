@@ -128,7 +128,7 @@ def test_who_is_on_a_lane_that_is_closed_stands_before_its_line(
     for lane in lanes:
         libsumo.lane.setDisallowed(lane, ["passenger"])
     gate.block("C2C1")  # for ways round that all grants are withheld
-    refused = set()
+    refused: set[str] = set()
     for _ in range(10):
         fresh = {vehicle for event, vehicle, _ in steps(gate, 1) if event == "refuse"} - refused
         for vehicle in fresh if brakes else gate.vehicles:

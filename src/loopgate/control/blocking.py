@@ -27,7 +27,8 @@ def blockers(
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
         return []
     if vehicle.reason == Reason.OCCUPIED:
-        return [[body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]]
+        inside = [body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]
+        return [inside] if inside else []  # without any, slots have become free since it was refused
     if vehicle.reason == Reason.CROSSING:
         return [[other] for other in _on_the_way(vehicle)]
     if vehicle.reason == Reason.SERVICE:
