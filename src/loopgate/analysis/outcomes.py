@@ -187,7 +187,7 @@ def compute_time_to_deadlock(
 
 
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
-    """Return the number of runs with deadlocks, collisions, teleports or a failed audit, by group.
+    """Return failures, deadlocks, collisions, teleports, clean audits and longest waits, by group.
 
     One row per group: `by`; `FAILED` (number of runs that ended in an error; all other columns leave them
     out) and `RUNS`; `DEADLOCKED` (runs with a deadlock); sums of `COLLISIONS` and `TELEPORTS`; `CLEAN` (runs

@@ -254,7 +254,7 @@ def generate_loops(
     count: int,
     **options: Unpack[LoopOptions],
 ) -> tuple[Loop, ...]:
-    """Find distinct closed loops as `find_loops` does, and return them with the warning.
+    """Return `count` distinct closed loops, found as by `find_loops`.
 
     Raises `RouteError` if not enough loops were found; the message says how many there are.
 

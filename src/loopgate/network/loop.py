@@ -57,7 +57,7 @@ class LaneSpan:
 
     @property
     def length_m(self) -> float:
-        """The length of the lane [m]."""
+        """The length of the lane from `begin_m` to `end_m` [m]."""
         return self.end_m - self.begin_m
 
     @property

@@ -38,7 +38,7 @@ def plot_flow(
     Parameters
     ----------
     series
-        The column with the name of the series; None for a single run.
+        The column with the name of the series; empty for a single run.
     what
         Columns to draw, each with the label of its axis, such as `OVER_TIME` or `CUMULATIVE`.
     deadlocks

@@ -222,7 +222,18 @@ def plot_fundamental(
     single: pd.DataFrame | None = None,
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw flow or speed over density from `compute_fundamental`; single runs are small points.
+    """Draw flow or speed over density: the fundamental diagram.
+
+    Parameters
+    ----------
+    means
+        Table of `compute_fundamental`.
+    y
+        The column to draw: ``flow_veh_per_h`` or ``speed_km_per_h``.
+    series, among
+        The column with the name of the series; all its names if `means` has only some of these.
+    single
+        Table of single runs, with the same columns; each is drawn as a small point.
 
     Examples
     --------

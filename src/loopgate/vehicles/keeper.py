@@ -142,7 +142,7 @@ def _asked(keeper: Keeper, post: Post, message: Ask, now_s: float) -> Answer:
 
 
 def expire(keeper: Keeper, post: Post) -> Answer:
-    """Return keeper and post after the post has waited in vain for a probe's answer or an offered vehicle."""
+    """Return keeper and post when the time is over for the answer to a probe, or to take an offered slot."""
     after, out = posts.expire(post)
     return _noted(keeper, out), after, out
 

@@ -135,7 +135,7 @@ def receive(post: Post, message: ToPost) -> Answer:
 
 
 def expire(post: Post) -> Answer:
-    """Return the post after it has waited in vain for a probe's answer or an offered vehicle."""
+    """Return the post when the time is over for the answer to its probe, or to take the slot it offered."""
     return _drop(post, Why.LATE)
 
 

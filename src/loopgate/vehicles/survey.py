@@ -117,9 +117,10 @@ class Busy:
 
 @dataclass(frozen=True, slots=True)
 class Free:
-    """A vehicle tells the monitors along `way` that it has decided, and frees what it had them keep.
+    """A vehicle tells the monitors along `way` that it has decided: they keep its segments no longer.
 
-    Monitors before index `begins` only pass the message on. `went` is whether the vehicle has made its move.
+    Monitors before index `begins` only pass the message on. `went` is whether the vehicle has made its move,
+    `number` the number of the move, `at` the index in `way` of the monitor that receives the message next.
     """
 
     vehicle: int

@@ -139,8 +139,8 @@ def seen(me: Surveyor, message: Seen) -> Answer:
 def decide(me: Surveyor) -> Decision | None:
     """Return the vehicle's decision by Algorithm 2; None while answers are missing.
 
-    It judges the system of those that it has found. For each of the others there is a robot that stands
-    aside: so as many count as there are, and segments are shared that it knows to be shared.
+    The vehicle builds a system of the vehicles that it has found. Each other vehicle is a robot that stands
+    in a state of its own, so that the number of robots and the shared segments are right.
     """
     survey = me.survey
     if survey is None or survey.open:

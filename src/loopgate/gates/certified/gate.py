@@ -108,7 +108,7 @@ class CertifiedGate:
 
     @property
     def by_chain_alone(self) -> bool:
-        """Whether the chain rule alone decides every move, see `ChainRule.by_chain_alone`."""
+        """Whether every move is decided by the walk along full places alone (`ChainRule.by_chain_alone`)."""
         return isinstance(self._proof, ChainRule) and self._proof.by_chain_alone
 
     def use_clock(self, clock: Callable[[], float]) -> None:

@@ -225,7 +225,7 @@ class Attached:
         self._contained.block(names)
 
     def free(self, *names: str) -> None:
-        """Reopen a blocked vehicle's place, edge or lane: vehicles go back to their loops.
+        """Undo `block` for these names of vehicles, edges or lanes: vehicles go back to their loops.
 
         Raises
         ------
