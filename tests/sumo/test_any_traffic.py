@@ -11,6 +11,7 @@ from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
+from full_ring import write_full_ring
 from made_networks import netgenerate, short_last_road
 
 from loopgate import Scenario
@@ -177,20 +178,8 @@ def test_who_has_waited_longest_has_its_turn_where_all_ways_are_crowded(
 
 def test_loops_that_fill_a_ring_leave_room_for_who_passes_later(tmp_path: Path) -> None:
     """More would go round one block than it holds; trips that come when it is full pass it all the same."""
-    network = netgenerate("--grid --grid.number=4 --grid.length=40", tmp_path / "small.net.xml")
-    ring = ["B1C1", "C1C2", "C2B2", "B2B1"]
-    rows = [
-        f'<vehicle id="l{k}" depart="{k}"><route edges="{edges}" repeat="9"/></vehicle>'
-        for k in range(24)
-        for edges in (" ".join(ring[k % 4 :] + ring[: k % 4]),)
-    ]
-    rows += [
-        f'<vehicle id="t{k}" depart="90"><route edges="{way}"/></vehicle>'
-        for k, way in enumerate(("A1B1 B1C1 C1D1", "D2C2 C2B2 B2A2"))
-    ]
-    routes = tmp_path / "full.rou.xml"
-    routes.write_text(f"<routes>{''.join(rows)}</routes>", encoding="utf-8")
-    summary = run(tmp_path / "out", routes, network=str(network), duration_s=500.0)
+    keys = write_full_ring(tmp_path)
+    summary = run(tmp_path / "out", Path(keys["routes"]), network=keys["network"], duration_s=500.0)
     assert summary["waiting_to_depart"] > 0
     assert (summary["arrived"], summary["unfinished"]) == (2, 0)
 

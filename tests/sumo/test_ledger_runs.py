@@ -12,7 +12,7 @@ import heart  # in analysis/
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-from made_networks import netgenerate
+from full_ring import write_full_ring
 
 from loopgate.control.ledger import Ledger
 from loopgate.errors import PluginError, ScenarioError
@@ -99,20 +99,7 @@ def test_trips_depart_and_arrive(folder: Path, tmp_path: Path) -> None:
 
 def test_loops_that_depart_later_leave_room_for_trips(folder: Path, tmp_path: Path) -> None:
     """More would go round one block than it holds: as many as under the tables depart, and trips pass it."""
-    network = netgenerate("--grid --grid.number=4 --grid.length=40", tmp_path / "small.net.xml")
-    ring = ["B1C1", "C1C2", "C2B2", "B2B1"]
-    rows = [
-        f'<vehicle id="l{k}" depart="{k}"><route edges="{edges}" repeat="9"/></vehicle>'
-        for k in range(24)
-        for edges in (" ".join(ring[k % 4 :] + ring[: k % 4]),)
-    ]
-    rows += [
-        f'<vehicle id="t{k}" depart="90"><route edges="{way}"/></vehicle>'
-        for k, way in enumerate(("A1B1 B1C1 C1D1", "D2C2 C2B2 B2A2"))
-    ]
-    file = tmp_path / "full.rou.xml"
-    file.write_text(f"<routes>{''.join(rows)}</routes>")
-    given: dict[str, Any] = {"network": str(network), "routes": str(file), "duration_s": 500.0}
+    given: dict[str, Any] = {**write_full_ring(tmp_path), "duration_s": 500.0}
     (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
     assert mine["clean"]
     assert mine["waiting_to_depart"] == theirs["waiting_to_depart"] > 0

@@ -17,6 +17,7 @@ from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
 from loopgate.drive.track import Track
 from loopgate.errors import GateError
+from loopgate.gates import Reason
 from loopgate.gates.certified import CertifiedGate
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
@@ -138,8 +139,8 @@ class LedgerFleet:
     def pause(self, *, pauses: bool) -> None:
         """Grant nothing to anybody for now, or grant again."""
         for vehicle in self._ledger.vehicles.values():
-            if vehicle.withheld in ("", "traffic"):
-                vehicle.withheld = "traffic" if pauses else ""
+            if vehicle.withheld in ("", Reason.TRAFFIC):
+                vehicle.withheld = Reason.TRAFFIC if pauses else ""
 
     def stops_at(self, vehicle: str, at_m: float, *, anew: bool) -> None:
         """Note where a vehicle stops next by itself [m]; `anew`: it has made a stop, and asks as of now."""
