@@ -103,8 +103,9 @@ def headline(section: Section, said: str = "") -> list[str]:
     if section.watch is not None:
         mishaps = _mishaps(section.runs)
         return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
+    fresh = (text for text in _throughput(tables, section.runs) if text.rstrip(".") not in said)
     return [
-        *(f"M{text[1:]}" for text in _throughput(tables, section.runs) if text.rstrip(".") not in said),
+        *(text[0].upper() + text[1:] for text in fresh),
         *_truncated(section.runs),
         *_pairs(tables),
         *([_deadlocks(section.runs)] if len(section.runs) > 1 else []),

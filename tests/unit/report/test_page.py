@@ -287,6 +287,7 @@ def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> 
     assert sentence.count("at its best") == 1
     assert "; runs that lock up: SUMO's rules in " in sentence
     assert len(sentence) < 400
+    assert "Vehicles drive most with" in text.replace(sentence, "")
 
 
 def test_loops_that_were_chosen_make_a_series(make: Make) -> None:
