@@ -5,22 +5,24 @@ learned is a negotiation, and nothing that is learned can make vehicles collide 
 the gate refuses is refused, whoever comes first.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any, ClassVar
+from math import isfinite
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from loopgate.drive.observed import ObservedEngine
+from loopgate.control.places import Place, Vehicle
 from loopgate.errors import ScenarioError
 from loopgate.folders import temporary_folder
+from loopgate.model import System
 from loopgate.negotiation.base import Request, View
 from loopgate.simulation.assembly import assemble
+from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.run import open_session
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
@@ -37,15 +39,21 @@ _NEAR_M, _LONG_S = 100.0, 60.0
 
 
 class _Priorities:
-    """The negotiation: the greatest number goes first, then the oldest request."""
+    """The negotiation: the vehicle with the greatest number goes first, then the oldest request."""
 
     def __init__(self) -> None:
-        self.of: Mapping[int, float] = {}
+        self.of: Mapping[str, float] = {}
+        """The numbers, by vehicle."""
+        self._names: Sequence[str] = ()
+
+    def prepare(self, system: System) -> None:
+        """Read the names of the vehicles."""
+        self._names = [str(robot.id) for robot in system.robots]
 
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
         """Return all requests in order."""
         del view, now_s
-        return sorted(requests, key=lambda r: (-self.of.get(r.robot, 0.0), r.since_s, r.robot))
+        return sorted(requests, key=lambda r: (-self.of.get(self._names[r.robot], 0.0), r.since_s, r.robot))
 
 
 class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: ignore[misc]  # no stubs
@@ -110,7 +118,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         """Begin an episode; return the observation of each agent, and empty infos."""
         del options
         self.close()
-        scenario = replace(self.scenario, seed=self._seed if seed is None else seed)
+        scenario = replace(self.scenario, seed=self._seed if seed is None else seed, engine="ledger")
         self._seed = scenario.seed + 1
         self._priorities = _Priorities()
         folder = Folder(self._stack.enter_context(temporary_folder()) / "run", overwrite=True)
@@ -122,7 +130,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             negotiation=self._priorities,
         )
         session = self._session = self._stack.enter_context(opened)
-        self._engine(session).begin()
+        session.engine.begin()
         self._end_s = session.traffic.now_s + scenario.warmup_s + scenario.duration_s
         self.agents = list(self.possible_agents)
         return self._observations(session), {agent: {} for agent in self.agents}
@@ -148,27 +156,23 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         if session is None or not self.agents:
             msg = "no episode is under way; call reset() first"
             raise ScenarioError(msg)
-        engine, traffic = self._engine(session), session.traffic
-        drivers = engine.drivers
-        self._priorities.of = {
-            driver.robot: float(np.asarray(actions[driver.id]).item())
-            for driver in drivers
-            if driver.id in actions
-        }
-        before = {driver.id: driver.front_m for driver in drivers}
+        drive, traffic = session.engine, session.traffic
+        self._priorities.of = {agent: float(np.asarray(number).item()) for agent, number in actions.items()}
+        before_m = dict(zip(drive.names(), drive.fronts().tolist(), strict=True))
         began_s = traffic.now_s
         until_s = min(self._end_s, began_s + self._every_s)
         while traffic.now_s < until_s:
-            engine.step()
+            drive.step()
             for look in session.each_step:
                 look()
         over = traffic.now_s >= self._end_s
         driven_s = traffic.now_s - began_s
         agents = self.agents
-        rewards = {driver.id: (driver.front_m - before[driver.id]) / driven_s for driver in drivers}
+        fronts_m = zip(drive.names(), drive.fronts().tolist(), strict=True)
+        rewards = {agent: (front_m - before_m[agent]) / driven_s for agent, front_m in fronts_m}
         infos: dict[str, dict[str, Any]] = {
-            driver.id: {"laps": driver.laps, "hold_s": driver.total_hold_s(traffic.now_s)}
-            for driver in drivers
+            agent: {"laps": record.laps, "hold_s": record.total_hold_s(traffic.now_s)}
+            for agent, record in drive.records.items()
         }
         observations = self._observations(session)
         if over:
@@ -177,30 +181,10 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         return observations, rewards, dict.fromkeys(agents, False), dict.fromkeys(agents, over), infos
 
     @staticmethod
-    def _engine(session: Session) -> ObservedEngine:
-        """Return what drives the vehicles."""
-        if not isinstance(session.engine, ObservedEngine):
-            msg = "engine: an environment drives by the tables; leave it out"
-            raise ScenarioError(msg)
-        return session.engine
-
-    def _observations(self, session: Session) -> dict[str, Observation]:
-        now_s, engine, gated = session.traffic.now_s, self._engine(session), session.keeper is not None
-        found: dict[str, Observation] = {}
-        for driver in engine.drivers:
-            row = driver.row
-            waited_s = now_s - float(row["since_s"]) if row["pending"] else 0.0
-            left_m = driver.line_m - driver.front_m
-            seen = (
-                driver.speed_mps / driver.top_mps,
-                driver.front_m % driver.track.lap_m / driver.track.lap_m,
-                left_m / _NEAR_M if math.isfinite(left_m) else 1.0,
-                float(row["pending"]),
-                waited_s / _LONG_S,
-                *(engine.keeper.fullness(driver.robot) if gated else (0.0, 0.0)),
-            )
-            found[driver.id] = np.clip(np.array(seen, dtype=np.float32), 0.0, 1.0)
-        return found
+    def _observations(session: Session) -> dict[str, Observation]:
+        drive, now_s = cast("LedgerDrive", session.engine), session.traffic.now_s
+        seen = {vehicle.name: _seen(vehicle, now_s) for vehicle in drive.vehicles}
+        return {agent: np.clip(np.array(one, dtype=np.float32), 0.0, 1.0) for agent, one in seen.items()}
 
     def render(self) -> None:
         """Show nothing; use ``loopgate run --gui`` to watch a run."""
@@ -209,3 +193,22 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         """End the simulation; may be called at any time."""
         self._session = None
         self._stack.close()
+
+
+def _seen(vehicle: Vehicle, now_s: float) -> tuple[float, ...]:
+    """Return what an agent observes of its vehicle, in the order of `OBSERVED`; it may be beyond 1."""
+    left_m = vehicle.left_m()
+    return (
+        vehicle.speed / vehicle.make.top,
+        vehicle.front_m % vehicle.lap_m / vehicle.lap_m,
+        left_m / _NEAR_M if isfinite(left_m) else 1.0,
+        float(vehicle.asks),
+        (now_s - vehicle.since_s) / _LONG_S if vehicle.asks else 0.0,
+        _fullness(vehicle.leg.place),
+        _fullness(vehicle.wanted()),
+    )
+
+
+def _fullness(place: Place | None) -> float:
+    """Return the share of a place's slots that vehicles hold; 0 behind the end of a way."""
+    return len(place.bodies) / place.slots if place else 0.0

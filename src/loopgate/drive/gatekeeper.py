@@ -214,12 +214,6 @@ class Gatekeeper:
         """Return how many vehicles wait to depart into `state`."""
         return int(self._outside[state])
 
-    def fullness(self, robot: int) -> tuple[float, float]:
-        """Return how full the state of the last grant to `robot` is, and the one behind it, as shares."""
-        states = self._state(robot, 0), self.wanted(robot)
-        here, ahead = (float(self._held_by[state] / self._rooms[state]) for state in states)
-        return here, ahead
-
     def here(self, robot: int) -> int:
         """Return the state of the last grant to `robot`."""
         return self._state(robot, 0)

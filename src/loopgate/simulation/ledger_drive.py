@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from math import inf
 from typing import Any
@@ -13,6 +13,7 @@ from loopgate.arrays import Floats, Ints
 from loopgate.control.accounts import Account
 from loopgate.control.blocking import ahead, blockers, outside
 from loopgate.control.driving import Driving
+from loopgate.control.places import Vehicle
 from loopgate.control.slack import Slack
 from loopgate.control.way import Way
 from loopgate.drive.histogram import Histogram
@@ -142,6 +143,11 @@ class LedgerDrive:
             words = [[code(word) for word in row[1:]] for row in rows]
             self._recorder.passed(np.array([row[0] for row in rows]), np.array(words, dtype=np.int32))
             rows.clear()
+
+    @property
+    def vehicles(self) -> Collection[Vehicle]:
+        """The vehicles on the road."""
+        return self._ledger.vehicles.values()
 
     def names(self) -> Sequence[str]:
         """Return the vehicles by number."""
