@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive import occupancy, requests
 from loopgate.drive.codes import NOTHING, REASONS, number_of
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
-from loopgate.drive.track import Round, Track
 from loopgate.gates import Gate, Reason
 from loopgate.kernel_cache import kernel
 from loopgate.model import Configuration, System

@@ -9,6 +9,7 @@ from fake_traffic import FakeTraffic
 
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive import lights
 from loopgate.drive.codes import HEED, HEEDLESS
 from loopgate.drive.driver import Driver
@@ -16,7 +17,6 @@ from loopgate.drive.gaps import leg_of, passes_lights
 from loopgate.drive.ground import Ground
 from loopgate.drive.tables import Tables
 from loopgate.drive.timetable import Signal, Timetable
-from loopgate.drive.track import Round, Track
 from loopgate.kernel_cache import kernel
 from loopgate.model import StateId
 from loopgate.results.recorder import Recorder

@@ -10,12 +10,12 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive import step as drive
 from loopgate.drive.codes import NOBODY, NOTHING
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.timetable import Signal, Timetable
-from loopgate.drive.track import Round, Track
 from loopgate.gates import Reason, make_gate
 from loopgate.model import StateId, System
 from loopgate.negotiation.simple import OldestFirst

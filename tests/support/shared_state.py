@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.track import Round, Track
 from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.negotiation.simple import OldestFirst

@@ -10,7 +10,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.control.diary import Diary
-from loopgate.control.steering import STANDING_MPS
+from loopgate.control.motion import STANDING_MPS
 from loopgate.traffic.base import Traffic
 
 _LEAP_MPS: Final = 5.0

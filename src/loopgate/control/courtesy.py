@@ -9,10 +9,10 @@ from collections.abc import Iterable
 from math import inf
 from typing import Final
 
-from loopgate.control.motion import braking_m, safe_speed
+from loopgate.control.motion import STANDING_MPS, braking_m, safe_speed
 from loopgate.control.ordinary import comes, is_late
 from loopgate.control.places import MARGIN_M, Trip, Vehicle
-from loopgate.control.roads import BEYOND_M, STANDING_MPS, Lookout
+from loopgate.control.roads import BEYOND_M, Lookout
 from loopgate.traffic.base import Traffic
 
 _AT_LINE_M: Final = 5.0

@@ -10,7 +10,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.lamps import ARROW, OPEN, RED, Signal
-from loopgate.control.motion import braking_m, time_s
+from loopgate.control.motion import STANDING_MPS, braking_m, time_s
 from loopgate.control.places import Leg, Pass, Trip, Vehicle
 from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
@@ -26,7 +26,6 @@ _BEFORE_RED_S: Final = 1.0
 _SLOW_ACCEL: Final = 0.6
 _SLOW_SPEED: Final = 0.9
 _START_S: Final = 1.0
-_STANDING_MPS: Final = 0.1
 _JUST_S: Final = 1e-3
 
 
@@ -165,7 +164,7 @@ class Lights:
             return
         if trip.committed and _stops(vehicle, signal, trip.light_m, now_s, self._traffic.step_s):
             trip.committed = False
-        if vehicle.speed < _STANDING_MPS:
+        if vehicle.speed < STANDING_MPS:
             self.stood_s += self._traffic.step_s
             self.stood += not trip.stood
             trip.stood = True

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from math import floor, inf, log, sqrt
+from typing import Final
+
+STANDING_MPS: Final = 0.1
+"""A slower vehicle stands, as with SUMO's waiting time [m/s]."""
 
 
 def braking_m(speed: float, decel: float, step_s: float) -> float:

@@ -8,10 +8,10 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import Final
 
-from loopgate.control.motion import time_s
+from loopgate.control.motion import STANDING_MPS, time_s
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal, Rule
-from loopgate.control.roads import BEYOND_M, STANDING_MPS, Coming, Lookout, Other
+from loopgate.control.roads import BEYOND_M, Coming, Lookout, Other
 from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.control.slack import Slack, fit
 

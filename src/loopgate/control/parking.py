@@ -12,9 +12,8 @@ from typing import Final
 from loopgate.control.chain import closes_by_returning
 from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
-from loopgate.control.motion import braking_m
+from loopgate.control.motion import STANDING_MPS, braking_m
 from loopgate.control.places import Body, Place, Vehicle
-from loopgate.control.roads import STANDING_MPS
 from loopgate.control.rules import chain
 from loopgate.traffic.base import Traffic
 

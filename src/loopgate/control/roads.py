@@ -7,9 +7,6 @@ from typing import Final
 
 from loopgate.control.lamps import OPEN, Lamp
 
-STANDING_MPS: Final = 0.1
-"""A vehicle that is no faster stands [m/s]."""
-
 BEYOND_M: Final = 0.3
 """How far past the end of a place vehicles may stand that are in it [m]."""
 

@@ -9,7 +9,8 @@ from collections.abc import Container, Sequence
 from math import inf
 from typing import Final
 
-from loopgate.control.roads import STANDING_MPS, Coming, Edge, Lane, Other, Rear, Turn
+from loopgate.control.motion import STANDING_MPS
+from loopgate.control.roads import Coming, Edge, Lane, Other, Rear, Turn
 from loopgate.traffic.base import Traffic
 
 HORIZON_S: Final = 20.0

@@ -9,8 +9,9 @@ from collections.abc import Iterable
 from math import floor, inf
 from typing import Final
 
+from loopgate.control.motion import STANDING_MPS
 from loopgate.control.places import Leg, Place, Vehicle
-from loopgate.control.roads import STANDING_MPS, Edge, Lane, Other, Stretch
+from loopgate.control.roads import Edge, Lane, Other, Stretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5

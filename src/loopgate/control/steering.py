@@ -14,13 +14,13 @@ from typing import Final
 
 from loopgate.abstraction.itinerary import Guide
 from loopgate.control.diary import Diary, Row
+from loopgate.control.motion import STANDING_MPS
 from loopgate.control.places import Vehicle
 from loopgate.errors import TrafficError
 from loopgate.network.loop import LanePosition
 from loopgate.results.columns import Event
 from loopgate.traffic.base import Traffic
 
-STANDING_MPS: Final = 0.1
 _AT_GUIDE_M: Final = 1.0
 _LOOK_EVERY_S: Final = 10.0
 """How often those that stand are asked for their lane [s]."""

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.track import Track
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.rows import table
 from loopgate.drive.tables import FoeRow, LegRow, MoveRow, PassRow, StateRow, VehicleRow
-from loopgate.drive.track import Track
 from loopgate.model import System
 
 __all__ = ["Code", "LegRows", "Place", "moves_of", "places_of", "places_on", "states_of", "vehicle_rows"]

@@ -10,6 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from loopgate.abstraction.track import Track
 from loopgate.drive import step as drive
 from loopgate.drive.build import places_on
 from loopgate.drive.codes import NOBODY, NOTHING, STOPPING
@@ -17,7 +18,6 @@ from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import HOLDERS, LINE
-from loopgate.drive.track import Track
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.gates.certified.chain import leads_round

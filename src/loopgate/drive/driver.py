@@ -8,8 +8,8 @@ from typing import cast
 import numpy as np
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Track
 from loopgate.drive.tables import Tables
-from loopgate.drive.track import Track
 from loopgate.traffic.base import Dynamics
 
 __all__ = ["Driver"]

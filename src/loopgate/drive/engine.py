@@ -11,6 +11,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats
 from loopgate.drive import step as drive
 from loopgate.drive.codes import BRAKE, HEED, HEEDLESS, PIVOT, RELEASE, STEER, STOP
@@ -21,7 +22,6 @@ from loopgate.drive.rows import columns
 from loopgate.drive.sense import STANDING_MPS
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import FULL, Step
-from loopgate.drive.track import Track
 from loopgate.drive.used_stops import UsedStops
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.results.columns import Event

@@ -26,7 +26,6 @@ from loopgate.drive.codes import (
     number_of,
 )
 from loopgate.drive.ground import HOLDERS, LINE, Ground
-from loopgate.drive.histogram import Histogram
 from loopgate.drive.requests import REASK_S
 from loopgate.drive.step import Step
 from loopgate.drive.tables import Tables
@@ -40,6 +39,7 @@ from loopgate.model import System
 from loopgate.negotiation import careful as careful_order
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.negotiation.pressure import Pressure
+from loopgate.results.histogram import Histogram
 
 __all__ = ["Gatekeeper"]
 

@@ -9,6 +9,7 @@ from typing import Any, Final, Self
 
 import numpy as np
 
+from loopgate.abstraction.track import Track
 from loopgate.drive.around import AROUND
 from loopgate.drive.build import Code, LegRows, Place, moves_of, places_of, states_of, vehicle_rows
 from loopgate.drive.codes import REASONS
@@ -23,7 +24,6 @@ from loopgate.drive.tables import (
     Tables,
     VehicleRow,
 )
-from loopgate.drive.track import Track
 from loopgate.model import System
 from loopgate.results.columns import Event
 

@@ -9,7 +9,7 @@ from random import Random
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
-from loopgate.drive.track import Track, make_track
+from loopgate.abstraction.track import Track, make_track
 from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights

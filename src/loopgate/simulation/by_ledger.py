@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.lights import light
@@ -14,7 +15,6 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.control.way import Way
-from loopgate.drive.track import Track
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation

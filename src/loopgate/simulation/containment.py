@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Protocol
 
-from loopgate.drive.track import Track
+from loopgate.abstraction.track import Track
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from loopgate.arrays import Floats, Ints
-from loopgate.drive.histogram import Histogram
 from loopgate.gates import Gate
+from loopgate.results.histogram import Histogram
 
 
 class Record(Protocol):

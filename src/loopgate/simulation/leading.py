@@ -7,7 +7,7 @@ from collections.abc import Set as AbstractSet
 from typing import Protocol
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive.track import Track
+from loopgate.abstraction.track import Track
 
 
 class Led(Protocol):

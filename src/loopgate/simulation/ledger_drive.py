@@ -16,9 +16,9 @@ from loopgate.control.driving import Driving
 from loopgate.control.places import Vehicle
 from loopgate.control.slack import Slack
 from loopgate.control.way import Way
-from loopgate.drive.histogram import Histogram
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
+from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.traffic.base import Traffic

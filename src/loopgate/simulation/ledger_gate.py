@@ -12,7 +12,6 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.rules import Reserve, chain, usual
-from loopgate.drive.histogram import Histogram
 from loopgate.gates import Decision, Gate, Reason
 from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
@@ -21,6 +20,7 @@ from loopgate.model import System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
 from loopgate.negotiation.careful import careful as careful_order
 from loopgate.negotiation.pressure import Pressure
+from loopgate.results.histogram import Histogram
 
 __all__ = ["AskedGate", "Deciding", "Negotiated", "by_chain"]
 

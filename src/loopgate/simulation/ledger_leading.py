@@ -9,13 +9,13 @@ from dataclasses import replace
 from math import inf
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.driving import Driving
 from loopgate.control.leading import wait_again, wait_for_nothing
 from loopgate.control.places import Make, Vehicle
 from loopgate.control.rules import chain
 from loopgate.control.way import Way
-from loopgate.drive.track import Track
 from loopgate.traffic.base import Dynamics, Traffic
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from loopgate.abstraction.track import Track, continues
 from loopgate.arrays import Floats, Ints
-from loopgate.drive.track import Track, continues
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.leading import Leads, Led
 from loopgate.simulation.ways_round import TurnOff

@@ -6,6 +6,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any
 
+from loopgate.control.motion import STANDING_MPS
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
@@ -18,7 +19,6 @@ NO_WAY = "no way round"
 
 _FOR_EVER_S = 1e7
 _SOON_STEPS = 3
-_STANDING_MPS = 0.1
 
 _ROUNDING_M = 0.1
 
@@ -61,7 +61,7 @@ class Roadside:
         if vehicle in self._out or not self._engine.sets_aside or not driver.settled:
             return
         lane, at_m = traffic.lane(vehicle)
-        if driver.speed_mps > _STANDING_MPS or not lane or lane.startswith(":"):
+        if driver.speed_mps > STANDING_MPS or not lane or lane.startswith(":"):
             return
         place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
         self._engine.wait_for_nothing(vehicle)

@@ -12,7 +12,6 @@ import pandas as pd
 from loopgate.analysis.monitoring import compute_edges
 from loopgate.analysis.waits import compute_wait_causes, wait_figures
 from loopgate.disk import disk_error, writing
-from loopgate.drive.histogram import Histogram
 from loopgate.errors import ScenarioError
 from loopgate.folders import FolderLock
 from loopgate.reading import is_plain
@@ -45,6 +44,7 @@ from loopgate.results.columns import (
     X,
     Y,
 )
+from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import read_events
 from loopgate.simulation.drives import Answers
 from loopgate.simulation.loop_run import RunCourse

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import inf
 
 from loopgate.abstraction.itinerary import Leg
-from loopgate.drive.track import Track, continues
+from loopgate.abstraction.track import Track, continues
 from loopgate.network import Edge
 from loopgate.simulation.leading import Led
 

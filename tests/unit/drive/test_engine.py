@@ -9,9 +9,9 @@ from shared_state import Notes, drive, world
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.track import Round, Track
 from loopgate.errors import TrafficError
 from loopgate.gates import make_gate
 from loopgate.model import StateId

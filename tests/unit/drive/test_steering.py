@@ -7,11 +7,11 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from builders import system
 from loopgate.abstraction.itinerary import Guide, Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.drive.driver import Driver
 from loopgate.drive.ground import Ground
 from loopgate.drive.steering import Steering
 from loopgate.drive.step import LOOK, Step
-from loopgate.drive.track import Round, Track
 from loopgate.errors import TrafficError
 from loopgate.model import StateId
 from loopgate.network.loop import LanePosition

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.track import Track
 from loopgate.drive.driver import Driver
 from loopgate.drive.engine import Engine
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.timetable import Timetable
-from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 from loopgate.simulation.around.crossing_ways import CrossingWays
 from loopgate.simulation.around.laid_roads import PROMISE

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from loopgate.abstraction.track import Track
 from loopgate.drive.around import AcrossRow, ApproachRow, CrossedRow, PlaceRow, WayRow
 from loopgate.drive.codes import NOBODY
 from loopgate.drive.rows import table
-from loopgate.drive.track import Track
 from loopgate.simulation.around.crossing_ways import CrossingWays, Movement
 from loopgate.simulation.around.roads import Roads
 

@@ -9,14 +9,14 @@ from typing import Any, Self
 
 import pandas as pd
 
-from loopgate.drive.histogram import Histogram
-from loopgate.drive.track import round_routes
+from loopgate.abstraction.track import round_routes
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
+from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any
 
-from loopgate.drive.track import round_routes
+from loopgate.abstraction.track import round_routes
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.incidents import Breakdown, Closure, Incidents

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -15,7 +16,6 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import Reserve, usual
-from loopgate.drive.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Reason
 from loopgate.gates.certified import CertifiedGate

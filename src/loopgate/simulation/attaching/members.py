@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.track import Track
+from loopgate.abstraction.track import Track
 from loopgate.simulation.drives import Answers, Drive, Record, Reports
 from loopgate.simulation.leading import Leads, Led
 from loopgate.traffic.base import Dynamics

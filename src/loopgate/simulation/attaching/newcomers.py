@@ -3,8 +3,8 @@
 import math
 from dataclasses import dataclass
 
+from loopgate.abstraction.track import Track, rounds_from
 from loopgate.drive.sense import braking_m
-from loopgate.drive.track import Track, rounds_from
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
 from loopgate.simulation.attaching.plan import Plan

@@ -8,7 +8,7 @@ from dataclasses import replace
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
 from loopgate.abstraction.places import QueuePlace
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.drive.track import Track, make_track
+from loopgate.abstraction.track import Track, make_track
 from loopgate.network import Loop, RoadNetwork, VehicleType
 
 

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import networkx as nx
 
-from loopgate.drive.track import pivot
+from loopgate.abstraction.track import pivot
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
 from loopgate.network.incidents import Incidents

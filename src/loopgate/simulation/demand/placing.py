@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.drive.track import Track, make_track
+from loopgate.abstraction.track import Track, make_track
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.vehicle_demand import RoutesFile

@@ -12,7 +12,7 @@ from shapely import LineString, Point
 from shapely.ops import substring
 
 from loopgate.arrays import Floats
-from loopgate.drive.sense import STANDING_MPS
+from loopgate.control.motion import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.simulation.fcd.frames import Seen
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector

@@ -4,10 +4,10 @@ from typing import Any, cast
 
 import numpy as np
 
+from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats, Ints
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.gatekeeper import Gatekeeper
-from loopgate.drive.track import Track
 from loopgate.network import RoadNetwork
 
 _TAKEN = 0.2

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.track import Track, make_track
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.codes import NOBODY
-from loopgate.drive.track import Track, make_track
 from loopgate.errors import TrafficError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure

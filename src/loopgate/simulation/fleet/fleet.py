@@ -5,6 +5,7 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Itinerary
+from loopgate.abstraction.track import Track
 from loopgate.drive.by_messages.bridge import Bridge
 from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
 from loopgate.drive.by_messages.decisions import DecisionsByMessages
@@ -15,7 +16,6 @@ from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
 from loopgate.drive.observed import ObservedEngine
 from loopgate.drive.timetable import Timetable
-from loopgate.drive.track import Track
 from loopgate.errors import GateError, ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
-from loopgate.drive.track import Track
+from loopgate.abstraction.track import Track
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.crowding import SPARE, find_crowd

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.drive.track import round_routes, rounds, rounds_from
+from loopgate.abstraction.track import round_routes, rounds, rounds_from
 from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.network.stops import Stop

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats
-from loopgate.drive.track import Track
 from loopgate.results.columns import EVENT, PLACE, TIME, Event
 
 _LEAST_S = 300.0

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from loopgate.control.steering import STANDING_MPS
+from loopgate.control.motion import STANDING_MPS
 from loopgate.network import Loop
 from loopgate.simulation.drives import Drive
 

@@ -9,8 +9,8 @@ from ordinary_scene import Found, Watched, road_network
 
 from builders import system
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Track
 from loopgate.drive import step as drive
-from loopgate.drive.track import Track
 from loopgate.model import StateId
 from loopgate.simulation.around.crossing_ways import Movement, Place, Way
 from loopgate.traffic.base import Dynamics

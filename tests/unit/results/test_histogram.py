@@ -2,7 +2,7 @@
 
 import random
 
-from loopgate.drive.histogram import Histogram
+from loopgate.results.histogram import Histogram
 
 
 def test_quantiles_are_exact_to_the_class() -> None:
