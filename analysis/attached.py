@@ -213,9 +213,12 @@ def run(
     traffic: bool = True,
     words: Sequence[str] = (),
     wild: bool = False,
-    engine: str = "tables",
+    **rules: Any,  # noqa: ANN401  of several types
 ) -> dict[str, Any]:
-    """Run one simulation; return the gate's figures, and how long it took."""
+    """Run one simulation; return the gate's figures, and how long it took.
+
+    `rules`: gate and negotiation, as in `loopgate.attach`.
+    """
     began = time.perf_counter()
     api = importlib.import_module(backend)
     roads = RoadNetwork.open(NETWORK)
@@ -229,7 +232,7 @@ def run(
     world = World(api, loops, Random(seed))
     errors = misordered = 0
     try:
-        with loopgate.attach(api, engine=engine) as gate:
+        with loopgate.attach(api, **rules) as gate:
             for now in range(duration_s):
                 if traffic:
                     world.fill(edges)
@@ -289,8 +292,11 @@ def main() -> int:
     parser.add_argument("--hours", type=float, default=2.0)
     parser.add_argument("--first", type=int, default=1, help="first seed")
     parser.add_argument("--wild", action="store_true", help="interfere in more ways")
+    parser.add_argument("--gate", default="certified")
+    parser.add_argument("--negotiation", default="pressure")
     parser.add_argument("--engine", choices=("tables", "ledger"), default="tables")
     given = parser.parse_args()
+    rules = {"gate": given.gate, "negotiation": given.negotiation, "engine": given.engine}
     clean = True
     shown = (
         "trespasses",
@@ -307,7 +313,7 @@ def main() -> int:
     print("seed", *shown, "longest_wait_s", "wall_s")
     for seed in range(given.first, given.first + given.seeds):
         words, seconds = given.sumo.split(), int(given.hours * 3600)
-        summary = run(given.backend, seed, seconds, words=words, wild=given.wild, engine=given.engine)
+        summary = run(given.backend, seed, seconds, words=words, wild=given.wild, **rules)
         figures = [*(summary[name] for name in shown), summary["longest_wait_s"], summary["wall_s"]]
         print(seed, *figures, flush=True)
         clean &= not any(summary[name] for name in shown[:5])

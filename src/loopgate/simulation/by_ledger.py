@@ -159,6 +159,7 @@ def make_driving(
         reserve=deciding.reserve,
         spacing=spacing,
     )
+    deciding.know(driving.places)
     lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
     return Laid(driving, _Around(lights, *([roads] if roads else [])), roads, deciding.asked)
 

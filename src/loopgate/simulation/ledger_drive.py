@@ -59,7 +59,6 @@ class LedgerDrive:
     ) -> None:
         self._traffic, self._recorder, self.driving, self._ways = traffic, recorder, driving, ways
         self._slack, self._asked = slack, asked
-        self._by_gate = asked.blockers if asked else None
         self._ledger = driving.ledger
         if gate is not None:
             self.gate = gate
@@ -67,14 +66,20 @@ class LedgerDrive:
         recorder.before = self.settle
         driving.on_answer = self._time
 
+    @property
+    def _by_gate(self) -> Callable[[Vehicle], list[str]] | None:
+        """Name those by whom the gate refuses a vehicle, where not the chain rule decides."""
+        return self._asked.blockers if self._asked is not None and self._asked.decides else None
+
     def _time(self, decisions: int, took_s: float) -> None:
-        if decisions:
+        if decisions and self._by_gate is None:
             self._times.add(took_s * 1e6 / decisions, times=decisions)
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
         """Times of the decisions [us]: each counts as the mean of its step."""
-        return self._asked.times if self._asked else {_CHAIN: self._times}
+        by_chain = {_CHAIN: self._times} if self._asked is None or self._times.count else {}
+        return by_chain | (self._asked.times if self._asked else {})
 
     @property
     def sent(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from time import perf_counter
 from typing import Final
@@ -40,25 +40,31 @@ class AskedGate:
     Parameters
     ----------
     system, gate
-        The vehicles as robots that stand as the system says, and the gate made for it.
+        The vehicles as robots that stand as the system says, and the gate made for it; by default `go_by`
+        says them before the gate is asked.
 
     Attributes
     ----------
+    decides
+        Whether the gate is asked now, and not the chain rule by itself.
     times
         How long its decisions took, by stage [us].
     messages
         How many messages between robots they cost.
     """
 
-    def __init__(self, system: System, gate: Gate) -> None:
+    def __init__(self, system: System | None = None, gate: Gate | None = None) -> None:
+        self.decides = False
         self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.look: Callable[[], None] = lambda: None
         """Called before the gate is asked: where vehicles have come or gone, `go_by` comes first."""
-        self.go_by(system, gate)
+        if system is not None and gate is not None:
+            self.go_by(system, gate)
 
     def go_by(self, system: System, gate: Gate) -> None:
         """Ask another gate from now on, made for the vehicles as they are."""
+        self.decides = True
         self._system, self._asked = system, careful(gate, system)
         self._following = following(self._asked)
         self._configuration = system.initial
@@ -119,28 +125,39 @@ class Negotiated:
         The rules that refuse vehicles before the negotiation hears of them.
     """
 
-    def __init__(self, system: System, negotiation: Negotiation, before: Sequence[Rule]) -> None:
+    def __init__(self, system: System | None, negotiation: Negotiation, before: Sequence[Rule]) -> None:
         self._negotiation, self._before = careful_order(negotiation), before
-        self._robot = {str(robot.id): number for number, robot in enumerate(system.robots)}
-        self._state = {str(name): number for number, name in enumerate(system.states)}
-        self._places: dict[int, Place] = {}
+        self.places: Mapping[str, Place] = {}
+        """All places, by name; those of vehicles that have asked are known."""
         self._waits: set[Vehicle] = set()
         """Those left out at `_at_s`: until the next step."""
         self._at_s = -inf
+        if system is not None:
+            self.go_by(system)
+
+    def go_by(self, system: System) -> None:
+        """Know vehicles and places by their numbers in a system."""
+        self._robot = {str(robot.id): number for number, robot in enumerate(system.robots)}
+        self._state = {str(name): number for number, name in enumerate(system.states)}
+        self._names = list(self._state)
+        self._known: dict[int, Place] = {}
         if isinstance(self._negotiation, InformedNegotiation):
             self._negotiation.prepare(system)
 
     def held(self, state: int) -> int:
         """Return how many vehicles occupy a place."""
-        return len(self._places[state].bodies)
+        return len(self._place(state).bodies)
 
     def room(self, state: int) -> int:
         """Return how many more vehicles fit into a place."""
-        return self._places[state].slots - len(self._places[state].bodies)
+        return self._place(state).slots - len(self._place(state).bodies)
 
     def outside(self, state: int) -> int:
         """Return how many vehicles wait to depart into a place."""
-        return self._places[state].outside
+        return self._place(state).outside
+
+    def _place(self, state: int) -> Place:
+        return self._known[state] if state in self._known else self.places[self._names[state]]
 
     def order(self, vehicles: list[Vehicle], now_s: float) -> list[Vehicle]:
         """Return vehicles in the order in which they are to be asked about.
@@ -170,11 +187,11 @@ class Negotiated:
 
     def _request(self, vehicle: Vehicle, wanted: Place) -> Request:
         robot = self._robot.setdefault(vehicle.name, len(self._robot))
-        return Request(robot, self._known(vehicle.leg.place), self._known(wanted), vehicle.since_s)
+        return Request(robot, self._number(vehicle.leg.place), self._number(wanted), vehicle.since_s)
 
-    def _known(self, place: Place) -> int:
+    def _number(self, place: Place) -> int:
         number = self._state.setdefault(place.name, len(self._state))
-        self._places[number] = place
+        self._known[number] = place
         return number
 
 
@@ -189,29 +206,31 @@ class Deciding:
     Parameters
     ----------
     system, gate, negotiation
-        The vehicles at the start, the gate made for it, and what puts requests in order.
+        The vehicles at the start, the gate made for it, and what puts requests in order; no system and no
+        gate where vehicles only join later, as `go_by` says.
     serve_after_s
         The age from which on requests are served where everyone is promised to go on; 0 for never [s].
 
     Attributes
     ----------
     asked
-        The gate, if it is another than the chain rule.
+        The gate, if it is or may become another than the chain rule.
     reserve
         How much room is left in crowded places, if that follows from who drives round.
     """
 
-    def __init__(self, system: System, gate: Gate, negotiation: Negotiation, serve_after_s: float) -> None:
-        self.asked = None if by_chain(gate) else AskedGate(system, gate)
+    def __init__(
+        self, system: System | None, gate: Gate | None, negotiation: Negotiation, serve_after_s: float
+    ) -> None:
+        self.asked = None if gate is not None and by_chain(gate) else AskedGate()
         self.reserve: Reserve | None = None
-        self._system, self._negotiation = system, negotiation
-        everyone = type(gate) is CertifiedGate and self.asked is None and gate.promise == "everyone"
-        self._serve_after_s = serve_after_s if everyone and serve_after_s else inf
+        self._made = (system, gate) if system is not None and gate is not None else None
+        self._negotiation, self._serve_after_s = negotiation, serve_after_s or inf
+        self._negotiated: Negotiated | None = None
 
     def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
         """Return an empty ledger that decides so, after the rules about what comes from outside."""
-        negotiation, asked = self._negotiation, self.asked
-        last: list[Rule] = [asked.allows if asked else chain]
+        negotiation, last = self._negotiation, list[Rule]([chain])
         if type(negotiation) is Pressure:
             crowded, patience_s, wait_s = negotiation.figures
             reserve = Reserve(crowded if negotiation.given else inf, patience_s)
@@ -219,11 +238,39 @@ class Deciding:
             ledger = Ledger(usual(reserve, outside, last), everybody=everybody, step_s=step_s)
             ledger.wait_s = wait_s
         else:
-            negotiated = Negotiated(self._system, negotiation, usual(None, outside, []))
+            self._negotiated = negotiated = Negotiated(None, negotiation, usual(None, outside, []))
             rules = usual(None, [*outside, negotiated.lets], last)
             ledger = Ledger(rules, everybody=everybody, step_s=step_s)
             ledger.order = negotiated.order
-        ledger.keeping.serve_after_s = self._serve_after_s
-        if asked is not None:
-            ledger.on_grant, ledger.keeping.is_refused = asked.moved, asked.refuses
+        self._ledger, self._closes = ledger, ledger.keeping.is_refused
+        if self._made is not None:
+            self.go_by(*self._made)
         return ledger
+
+    def go_by(self, system: System, gate: Gate) -> None:
+        """Decide by another gate from now on, made for the vehicles as they are."""
+        ledger, asked, chained = self._ledger, self.asked, by_chain(gate)
+        everyone = chained and getattr(gate, "promise", "") == "everyone"
+        ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
+        if asked is None or chained:
+            ledger.rules[-1], ledger.keeping.is_refused, ledger.on_grant = chain, self._closes, _tell_nobody
+        else:
+            ledger.rules[-1], ledger.keeping.is_refused, ledger.on_grant = (
+                asked.allows,
+                asked.refuses,
+                asked.moved,
+            )
+            asked.go_by(system, gate)
+        if asked is not None:
+            asked.decides = not chained
+        if self._negotiated is not None:
+            self._negotiated.go_by(system)
+
+    def know(self, places: Mapping[str, Place]) -> None:
+        """Take note of all places, by name."""
+        if self._negotiated is not None:
+            self._negotiated.places = places
+
+
+def _tell_nobody(_: Vehicle) -> None:
+    """Do nothing at a grant."""

@@ -154,7 +154,6 @@ class LedgerLeading:
         Of all vehicles, also of those to come, and of all other ways; the ways are laid.
     """
 
-    sets_aside = True
     arrived: Container[str] = ()
     """Who has arrived is not known any longer."""
 
@@ -167,6 +166,11 @@ class LedgerLeading:
         self._known: dict[str, LedLedgerVehicle] = {}
         self._seen = -1
         self._withheld: AbstractSet[str] = frozenset()
+
+    @property
+    def sets_aside(self) -> bool:
+        """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
+        return chain in self._ledger.rules
 
     def know(self, tracks: Iterable[Track]) -> None:
         """Take note of the tracks of vehicles that come."""

@@ -46,8 +46,7 @@ def attach(
         ``contain``: vehicles are led round a blocked place; ``leave``: also, vehicles without another way
         park beside the road until the place is free; ``wait``: vehicles wait.
     engine
-        ``tables``, compiled while the first vehicles drive; or ``ledger``, on trial: plain objects, for the
-        gate ``certified`` and the negotiation ``pressure``.
+        ``tables``, compiled while the first vehicles drive; or ``ledger``, on trial: plain objects.
 
     Returns
     -------
@@ -93,9 +92,6 @@ def attach(
         raise ScenarioError(msg)
     if engine not in ENGINES:
         msg = f"engine is {engine!r}; expected one of {', '.join(ENGINES)}"
-        raise ScenarioError(msg)
-    if engine == "ledger" and (gate_name, negotiation_name) != ("certified", "pressure"):
-        msg = f"engine: ledger works without gate {gate_name}, negotiation {negotiation_name}; take tables"
         raise ScenarioError(msg)
     return Attached(
         running,

@@ -402,7 +402,14 @@ class Attached:
         rules = Rules(settings["gate"], self._negotiation, lights=obeyed, expects=True)
         fleet: Members
         if self._engine == "ledger":
-            fleet = LedgerFleet(self._network, self._traffic, self._recorder, obeys=obeyed)
+            fleet = LedgerFleet(
+                self._network,
+                self._traffic,
+                self._recorder,
+                settings["gate"],
+                self._negotiation,
+                obeys=obeyed,
+            )
         else:
             fleet = Fleet(self._network, self._traffic, self._recorder, rules)
         self._made = JoiningQueue(self._network, self._traffic, fleet)

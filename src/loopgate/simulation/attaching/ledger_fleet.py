@@ -10,15 +10,14 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
-from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import Reserve, usual
 from loopgate.errors import GateError
-from loopgate.gates import Reason
-from loopgate.gates.certified import CertifiedGate
+from loopgate.gates import Gate, Reason
+from loopgate.model import System
+from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
@@ -26,10 +25,10 @@ from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.drives import Record
 from loopgate.simulation.fleet.start import start_with
 from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.ledger_gate import Deciding
 from loopgate.simulation.ledger_leading import LedgerLeading, LedLedgerVehicle, way_of
+from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
-
-_GATE = "certified"
 
 
 class LedgerFleet:
@@ -37,29 +36,47 @@ class LedgerFleet:
 
     Parameters
     ----------
+    gate, negotiation
+        The gate's name or class, and what puts requests in order.
     obeys
         Whether traffic lights are obeyed.
+
+    Notes
+    -----
+    A vehicle is taken in where it is as a whole in a place of its loop and can stop at the end of that: then
+    it holds a slot there and nothing else, and the gate is made anew for all vehicles as they stand. It is a
+    start like any other, which the gate refuses if it could not keep its promise.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, recorder: Recorder, *, obeys: bool) -> None:
-        self._traffic = traffic
+    def __init__(
+        self,
+        network: RoadNetwork,
+        traffic: Traffic,
+        recorder: Recorder,
+        gate: object,
+        negotiation: Negotiation,
+        *,
+        obeys: bool,
+    ) -> None:
+        self._traffic, self._gate = traffic, gate
         self._lamps = Lamps(traffic)
         self._signals = signals_in(network, self._lamps) if obeys else {}
         self._roads = roads = LaidRoads(network, traffic, self._lamps.__getitem__)
         outside: list[Rule] = [light] if self._signals else []
         outside += [among(roads.sight, roads.slack)]
-        reserve = Reserve()
+        self._deciding = deciding = Deciding(None, None, negotiation, SERVE_AFTER_S)
+        ledger = deciding.ledger(outside, step_s=traffic.step_s)
         self._driving = Driving(
             traffic,
             Layout({}, [], self._signals, roads.add),
-            Ledger(usual(reserve, outside), step_s=traffic.step_s),
+            ledger,
             sight=roads.sight,
             has_room=roads.has_room,
-            reserve=reserve,
+            reserve=deciding.reserve,
         )
         self._driving.is_courteous = False
         self._ledger = self._driving.ledger
-        self.drive = LedgerDrive(traffic, recorder, self._driving, (), None, roads.slack)
+        self.drive = LedgerDrive(traffic, recorder, self._driving, (), None, roads.slack, deciding.asked)
         self.keeper = self.drive
         self.leads = LedgerLeading(traffic, self._driving, ())
         self.around = self
@@ -94,6 +111,7 @@ class LedgerFleet:
             self._driving.lay_more(room, legs)
         else:
             self._driving.lay_anew(Layout(room, list(legs.values()), self._signals, self._roads.add))
+            self._deciding.know(self._driving.places)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do. `answer` follows."""
@@ -102,18 +120,20 @@ class LedgerFleet:
         if any(bodies[name] + number > self._room[name] + beyond for name, number in come.items()):
             return False
         try:
-            _, gate = start_with(self.leads, tracks, self._room, _GATE)
+            made = start_with(self.leads, tracks, self._room, self._gate)
         except GateError:
             return False
-        if not (isinstance(gate, CertifiedGate) and gate.by_chain_alone):
-            return False
-        self.drive.gate = gate
         self.changes += 1
         self.leads.know(tracks)
         self._driving.welcome([way_of(track) for track in tracks], beyond)
         for track in tracks:
             self._ledger.vehicles[track.vehicle].held = True
+        self._go_by(*made)
         return True
+
+    def _go_by(self, system: System, gate: Gate) -> None:
+        self._deciding.go_by(system, gate)
+        self.drive.gate = gate
 
     def let_go(self, vehicles: set[str], reason: str) -> bool:
         """Let vehicles under the gate go; return whether there are any: then `answer` follows."""
@@ -121,8 +141,12 @@ class LedgerFleet:
         for name in leaving:
             self.on_leaving(self.drive.records[name])
             self._driving.leave(name, reason)
-        self.changes += bool(leaving)
-        return bool(leaving)
+        if not leaving:
+            return False
+        self.changes += 1
+        if self.members and not self.leads.sets_aside:
+            self._go_by(*start_with(self.leads, (), self._room, self._gate))
+        return True
 
     def after_step(self) -> None:
         """Do what is due after a step of the traffic."""
