@@ -271,7 +271,7 @@ def count_misordered(api: Any, gate: loopgate.Attached) -> int:  # noqa: ANN401 
     fleet = gate._fleet  # noqa: SLF001  its books are what is looked at
     there = set(api.vehicle.getIDList())
     on_lanes: dict[tuple[StateId, str], list[tuple[float, str]]] = {}
-    for driver in fleet.members.values():
+    for driver in fleet.vehicles.values():
         if driver.id in there and driver.settled:
             key = driver.leg(driver.granted).state, api.vehicle.getLaneID(driver.id)
             on_lanes.setdefault(key, []).append((-api.vehicle.getLanePosition(driver.id), driver.id))
@@ -294,9 +294,8 @@ def main() -> int:
     parser.add_argument("--wild", action="store_true", help="interfere in more ways")
     parser.add_argument("--gate", default="certified")
     parser.add_argument("--negotiation", default="pressure")
-    parser.add_argument("--engine", choices=("tables", "ledger"), default="tables")
     given = parser.parse_args()
-    rules = {"gate": given.gate, "negotiation": given.negotiation, "engine": given.engine}
+    rules = {"gate": given.gate, "negotiation": given.negotiation}
     clean = True
     shown = (
         "trespasses",

@@ -8,7 +8,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
@@ -36,17 +35,6 @@ def start(*options: str, routes: Path = ROOT / "routes" / "grid5.rou.xml", netwo
     files = ("-n", str(network), "-r", str(routes))
     program = str(Path(sys.prefix) / "bin" / "sumo")
     libsumo.start([program, *files, "--no-step-log", "--no-warnings", "--seed", "1", *options])
-
-
-@pytest.fixture(autouse=True)
-def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Attach by what drives the vehicles of a test."""
-    name = str(getattr(request, "param", "tables"))
-    monkeypatch.setattr(loopgate, "attach", partial(loopgate.attach, engine=name))
-    return name
-
-
-BOTH = pytest.mark.parametrize("engine", ["tables", "ledger"], indirect=True)
 
 
 @pytest.fixture(autouse=True)
@@ -92,13 +80,10 @@ def of(happened: list[Happening], event: str) -> list[tuple[str, str]]:
     return [(row.vehicle, row.reason) for row in happened if row.event == event]
 
 
-@BOTH
-def test_among_ordinary_traffic_with_an_owner_who_interferes(
-    engine: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_among_ordinary_traffic_with_an_owner_who_interferes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten minutes of the study, with more interference; both ways to SUMO make the same of it."""
     monkeypatch.setattr(attached, "EVERY_S", OFTEN)
-    found = [attached.run(backend, 1, 600, engine=engine) for backend in ("libsumo", "traci")]
+    found = [attached.run(backend, 1, 600) for backend in ("libsumo", "traci")]
     for summary in found:
         assert (summary["trespasses"], summary["overruns"], summary["collisions"]) == (0, 0, 0)
         assert summary["vehicles"] + summary["waiting"] == attached.ON_LOOPS
@@ -110,17 +95,14 @@ def test_among_ordinary_traffic_with_an_owner_who_interferes(
     libsumo.start(["sumo", "-n", str(GRID), "--no-step-log"])  # for the fixture
 
 
-@BOTH
 @pytest.mark.parametrize(
     ("gate", "negotiation"),
     [("one-step", "oldest"), ("banker", "pressure"), ("certified:promise=somebody", "random")],
 )
-def test_other_gates_and_negotiations(
-    gate: str, negotiation: str, engine: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_other_gates_and_negotiations(gate: str, negotiation: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Five minutes of the study, with more interference: the gate is made anew for all that come and go."""
     monkeypatch.setattr(attached, "EVERY_S", OFTEN)
-    summary = attached.run("libsumo", 1, 300, gate=gate, negotiation=negotiation, engine=engine)
+    summary = attached.run("libsumo", 1, 300, gate=gate, negotiation=negotiation)
     assert [
         summary[name] for name in ("trespasses", "overruns", "collisions", "errors", "misordered")
     ] == 5 * [0]
@@ -182,8 +164,7 @@ class Informed:
         return requests
 
 
-@BOTH
-def test_a_gate_and_a_negotiation_of_the_users_know_whoever_has_joined(engine: str) -> None:
+def test_a_gate_and_a_negotiation_of_the_users_know_whoever_has_joined() -> None:
     """Both are told anew when vehicles come and go, and each by the numbers of what it was told."""
     Noting.made.clear()
     orders = Informed()
@@ -208,10 +189,8 @@ def test_a_gate_and_a_negotiation_of_the_users_know_whoever_has_joined(engine: s
     assert {vehicle for vehicle, _ in orders.seen} == {"v1", "v2", "v3"}
     assert gate.summary["trespasses"] == 0
     assert gate.summary["laps"] >= 1
-    assert engine
 
 
-@BOTH
 def test_they_join_while_they_drive_and_get_round() -> None:
     """Three have driven by themselves for a minute; nobody goes where it was not let."""
     start()
@@ -233,7 +212,6 @@ def test_they_join_while_they_drive_and_get_round() -> None:
     )
 
 
-@BOTH
 def test_who_leaves_drives_on_as_before() -> None:
     """Its modes are as they were, its route ends where it did, and its place is free for others."""
     with under_gate("v1", "v2") as gate:
@@ -253,7 +231,6 @@ def test_who_leaves_drives_on_as_before() -> None:
             gate.leave("v1")
 
 
-@BOTH
 def test_who_is_moved_or_removed_gives_its_place_back() -> None:
     """A moved vehicle is taken in anew where it is; the odometer of SUMO cannot tell."""
     with under_gate("v1", "v2") as gate:
@@ -275,7 +252,6 @@ def test_who_is_moved_or_removed_gives_its_place_back() -> None:
     assert gate.summary["laps"] >= 1
 
 
-@BOTH
 def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
     """It is refused with the reason `stop` until its stop is over, which is not taken for a hold."""
     with under_gate("v1") as gate:
@@ -289,7 +265,6 @@ def test_while_it_stops_for_its_owner_it_keeps_nothing_from_others() -> None:
         drive(gate, lambda: libsumo.vehicle.getRoadID("v1") == "D0C0")
 
 
-@BOTH
 def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None:
     """The place holds more, but there is no room behind: the next one would stand on the junction."""
     with under_gate("v1", "v2") as gate:
@@ -303,7 +278,6 @@ def test_nobody_is_let_in_behind_one_that_stops_where_its_place_begins() -> None
     assert (gate.summary["trespasses"], gate.summary["overruns"]) == (0, 0)
 
 
-@BOTH
 def test_a_stop_of_the_next_round_bars_nobody_now() -> None:
     """It lies just behind where the vehicle stands, which is still to drive on."""
     with under_gate("v1") as gate:
@@ -315,7 +289,6 @@ def test_a_stop_of_the_next_round_bars_nobody_now() -> None:
     assert gate.summary["laps"] >= 2
 
 
-@BOTH
 def test_who_joins_while_it_stops_for_its_owner_is_granted_nothing_yet() -> None:
     """It would keep the next crossing from others as long as it stands."""
     start()
@@ -334,7 +307,6 @@ def test_who_joins_while_it_stops_for_its_owner_is_granted_nothing_yet() -> None
         drive(gate, lambda: libsumo.vehicle.getRoadID("v1") == "D0C0")
 
 
-@BOTH
 @pytest.mark.parametrize("stops", [1, 2])
 def test_time_at_an_owners_stop_is_no_wait_for_a_grant(stops: int) -> None:
     """Whether or not there is another one to come."""
@@ -362,7 +334,6 @@ class OneOnly(OpenGate):
             raise UnsafeStartError(msg)
 
 
-@BOTH
 def test_a_vehicle_waits_while_the_gate_cannot_take_it_in() -> None:
     """It stands before the end of a place until the other has left."""
     start()
@@ -379,7 +350,6 @@ def test_a_vehicle_waits_while_the_gate_cannot_take_it_in() -> None:
         drive(gate, lambda: gate.vehicles == ("v2",), steps=5)
 
 
-@BOTH
 def test_longer_vehicles_change_the_plan(tmp_path: Path) -> None:
     """All grants are withheld until everybody holds one place; then all go on by the new plan, at once."""
     routes = tmp_path / "some.rou.xml"
@@ -452,7 +422,6 @@ def test_arguments_are_checked() -> None:
     for given, text in (
         ({"gate": "open"}, "gate open"),
         ({"gate": "nosuch"}, "nosuch"),
-        ({"engine": "nosuch"}, "engine is 'nosuch'; expected one of"),
         ({"negotiation": "nosuch"}, "nosuch"),
         ({"lights": "off"}, "expected one of obey, keep"),
     ):
@@ -460,7 +429,6 @@ def test_arguments_are_checked() -> None:
             loopgate.attach(libsumo, **given)  # type: ignore[arg-type]  # all are words
 
 
-@BOTH
 def test_the_simulation_may_end_first() -> None:
     """Figures and events are there all the same."""
     with under_gate("v1") as gate:
@@ -477,7 +445,6 @@ def test_no_simulation_is_running() -> None:
     start()
 
 
-@BOTH
 def test_who_has_passed_a_light_heeds_the_next_one() -> None:
     """Let go into green they are not stopped by it, until they are over its line; who stands is counted."""
     start(network=ROOT / "networks" / "grid5-actuated.net.xml")
@@ -496,7 +463,6 @@ def test_who_has_passed_a_light_heeds_the_next_one() -> None:
     assert again == vehicles
 
 
-@BOTH
 def test_vehicles_put_in_ahead_of_others_are_let_go_before_them() -> None:
     """Several come into one place at once, in any order; the books have the order on the road."""
     start()
@@ -518,7 +484,6 @@ def test_vehicles_put_in_ahead_of_others_are_let_go_before_them() -> None:
     assert 0 < len(early) <= len(gate.events)
 
 
-@BOTH
 def test_a_summary_says_how_it_stands_as_that_of_a_run_does() -> None:
     """The outcome, the promise, deadlocks, and who starves behind whom."""
     start()
@@ -540,7 +505,6 @@ def test_a_summary_says_how_it_stands_as_that_of_a_run_does() -> None:
     assert stopped in {sink["behind"] for sink in summary["starving"]}
 
 
-@BOTH
 def test_what_the_owner_sets_is_counted_on_from_then_on() -> None:
     """Weaker brakes: whoever could not brake by then does not, nobody later. Longer vehicles are refused."""
     start()
@@ -566,7 +530,6 @@ def test_what_the_owner_sets_is_counted_on_from_then_on() -> None:
             gate.after_step()
 
 
-@BOTH
 def test_a_vehicle_is_under_one_gate_at_a_time() -> None:
     """A second gate would let go whom the first holds; after leaving the first the vehicle may join it."""
     start()

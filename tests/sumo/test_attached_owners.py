@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +22,9 @@ CLEAN = "trespasses", "overruns", "strays", "collisions", "mended"
 get = libsumo.vehicle
 
 
-@pytest.fixture(autouse=True, params=["tables", "ledger"])
-def engine(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Attach by each of what may drive the vehicles."""
-    monkeypatch.setattr(loopgate, "attach", partial(loopgate.attach, engine=request.param))
-    return str(request.param)
-
-
 @pytest.fixture
-def gate(engine: str) -> Iterator[loopgate.Attached]:
+def gate() -> Iterator[loopgate.Attached]:
     """Twelve vehicles under a gate on the grid; when it is left nobody is held."""
-    assert engine
     networks, routes = ROOT / "networks", ROOT / "routes" / "grid5.rou.xml"
     network = networks / "grid5-priority.net.xml"
     words = "--no-step-log", "--no-warnings", "--seed", "1", "--collision.check-junctions"

@@ -1,25 +1,25 @@
-"""A gate that knows the vehicles at its start only: it is made anew whenever some have come or gone."""
+"""Gates for vehicles that come and go: each is made for the vehicles as they stand on the road."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from time import perf_counter
 
 from loopgate.control.driving import Driving
 from loopgate.control.way import Way
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
-from loopgate.gates.certified.crowding import SPARE
-from loopgate.model import Robot, RobotId, System
+from loopgate.gates.certified.crowding import SPARE, find_crowd
+from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.simulation.ledger_departures import NEVER_FULL
 from loopgate.simulation.ledger_gate import AskedGate
 
-__all__ = ["JoinedGate"]
+__all__ = ["JoinedGate", "start_with"]
 
 
 class JoinedGate:
-    """Makes a gate anew for the vehicles that there are; they stand as a start of a system does.
+    """Makes a gate anew whenever vehicles have come or gone.
 
     Parameters
     ----------
@@ -39,32 +39,65 @@ class JoinedGate:
         """Make the gate anew if vehicles have come or gone."""
         changes, self._changes = self._changes, self._driving.changes
         if changes != self._changes:
-            self._asked.go_by(*self._make(()))
+            self._asked.go_by(*start_with(self._driving, (), self._spec))
 
     def admits(self, way: Way) -> bool:
         """Return whether the gate could keep its promise with a vehicle that is to come too."""
         try:
-            self._make([*self._driving.coming, way])
+            start_with(self._driving, [*self._driving.coming, way], self._spec)
         except GateError:
             return False
         return True
 
-    def _make(self, coming: Sequence[Way]) -> tuple[System, Gate]:
-        """Return the vehicles as robots in the order of their lines, with some behind them, and their gate.
 
-        A place holds all that are in it. Raises `GateError` if the gate cannot keep its promise.
-        """
-        driving = self._driving
-        in_line = [vehicle for place in driving.places.values() for vehicle in place.line]
-        ways = [driving.diaries[vehicle.row].way for vehicle in in_line]
-        at = [*(vehicle.leg.number for vehicle in in_line), *(way.position for way in coming)]
-        robots = [
-            Robot(RobotId(way.vehicle), tuple(leg.state for leg in way.legs), start=start)
-            for way, start in zip([*ways, *coming], at, strict=True)
-        ]
-        there = Counter(robot.path[robot.start] for robot in robots)
-        everybody = len(robots) + SPARE
-        slots = {name: driving.places[name].slots for robot in robots for name in robot.path}
-        room = {n: max(everybody if most == NEVER_FULL else most, there[n]) for n, most in slots.items()}
-        system = System(robots, room, room.keys())
-        return system, make_gate(self._spec, system, perf_counter)
+def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[System, Gate]:
+    """Return the vehicles that there are, with some that join them, as robots; and a gate made for these.
+
+    Parameters
+    ----------
+    joining
+        The ways of the vehicles that join, from where they are.
+    spec
+        The gate's name or class.
+
+    Raises
+    ------
+    GateError
+        If the gate cannot keep its promise with them.
+    """
+    lines = {name: [one.name for one in place.line] for name, place in driving.places.items() if place.line}
+    ways, at, left_m = dict[str, Way](), dict[str, int](), dict[str, float]()
+    for name, vehicle in driving.ledger.vehicles.items():
+        ways[name], at[name] = driving.diaries[vehicle.row].way, vehicle.leg.number
+        left_m[name] = vehicle.left_m()
+    for way in joining:
+        leg = way.legs[way.position]
+        ways[way.vehicle], at[way.vehicle] = way, way.position
+        left_m[way.vehicle] = leg.end_m - way.front_m
+        line = lines.setdefault(str(leg.state), [])
+        line.insert(sum(left_m[other] <= left_m[way.vehicle] for other in line), way.vehicle)
+    names = dict.fromkeys([*(name for line in lines.values() for name in line), *ways])
+    robots = [Robot(RobotId(n), tuple(leg.state for leg in ways[n].legs), start=at[n]) for n in names]
+    there = Counter(robot.path[robot.start] for robot in robots)
+    slots = {state: driving.places[state].slots for robot in robots for state in robot.path}
+    everybody = len(robots) + SPARE
+    slots = {state: everybody if most == NEVER_FULL else most for state, most in slots.items()}
+    room = {state: max(most, there[state]) for state, most in slots.items()}
+    system = System(robots, room, room.keys())
+    gate = make_gate(spec, system, perf_counter)
+    refuse_crowd(gate, system, slots)
+    return system, gate
+
+
+def refuse_crowd(gate: Gate, system: System, slots: Mapping[StateId, int]) -> None:
+    """Refuse a start in which a place holds more than its slots, if then not everyone could go on for ever.
+
+    Raises `GateError`.
+    """
+    most = [slots[state] for state in system.states]
+    if most == list(system.room) or getattr(gate, "promise", "") != "everyone":
+        return
+    wide = [max(SPARE, room) if own else room for room, own in zip(most, system.private, strict=True)]
+    if find_crowd(system.paths, wide, ()) is not None:
+        msg = "with the vehicles that join, not every vehicle could go on for ever"
+        raise GateError(msg)

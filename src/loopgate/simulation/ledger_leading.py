@@ -38,7 +38,7 @@ def way_of(track: Track, *, foreseen: bool = True) -> Way:
 
 
 class LedLedgerVehicle:
-    """A vehicle of the ledger: see `loopgate.simulation.leading.Led`, and `Member` of `attaching.members`."""
+    """A vehicle of the ledger that may be led another way, and may be its owner's."""
 
     def __init__(self, driving: Driving, vehicle: Vehicle, track: Track) -> None:
         self._driving, self.vehicle, self.track = driving, vehicle, track

@@ -7,7 +7,7 @@ from loopgate.gates.registry import check_gate, name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.network import RoadNetwork
 from loopgate.simulation.attaching.attached import Attached
-from loopgate.simulation.scenario import ENGINES, LONGEST_GATED_STEP_S, STANDING
+from loopgate.simulation.scenario import LONGEST_GATED_STEP_S, STANDING
 from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
 
@@ -23,7 +23,6 @@ def attach(
     seed: int = 1,
     starving_s: float = 600.0,
     standing: str = "contain",
-    engine: str = "tables",
 ) -> Attached:
     """Put vehicles of your running SUMO simulation under a gate.
 
@@ -45,8 +44,6 @@ def attach(
     standing
         ``contain``: vehicles are led round a blocked place; ``leave``: also, vehicles without another way
         park beside the road until the place is free; ``wait``: vehicles wait.
-    engine
-        ``tables``, compiled while the first vehicles drive; or ``ledger``, on trial: plain objects.
 
     Returns
     -------
@@ -90,16 +87,12 @@ def attach(
     if standing not in STANDING:
         msg = f"standing is {standing!r}; expected one of {', '.join(STANDING)}"
         raise ScenarioError(msg)
-    if engine not in ENGINES:
-        msg = f"engine is {engine!r}; expected one of {', '.join(ENGINES)}"
-        raise ScenarioError(msg)
     return Attached(
         running,
         RoadNetwork.open(running.setting("net-file")),
         {"gate": gate_name, "negotiation": negotiation_name, "lights": lights, "seed": seed},
         starving_s=starving_s,
         standing=standing,
-        engine=engine,
     )
 
 

@@ -19,12 +19,10 @@ from loopgate.results.columns import Event
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
+from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
-from loopgate.simulation.attaching.ledger_fleet import LedgerFleet
-from loopgate.simulation.attaching.members import Members
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.drives import Record
-from loopgate.simulation.fleet.fleet import Fleet, Rules
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
@@ -37,16 +35,6 @@ _LONGER_M = 0.01
 _LOOK_EVERY_S = 10.0
 _STANDING_S = 60.0
 """So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
-
-
-class _Members:
-    """The vehicles under a gate at the time of asking."""
-
-    def __init__(self, fleet: Members) -> None:
-        self._fleet = fleet
-
-    def __contains__(self, vehicle: object) -> bool:
-        return vehicle in self._fleet.members
 
 
 _OPEN: list["Attached"] = []
@@ -83,11 +71,10 @@ class Attached:
         *,
         starving_s: float = 600.0,
         standing: str = "contain",
-        engine: str = "tables",
     ) -> None:
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
         self._settings = settings
-        self._starving_s, self._standing, self._engine = starving_s, standing, engine
+        self._starving_s, self._standing = starving_s, standing
         self._negotiation = make_negotiation(settings["negotiation"], Random(settings["seed"]))
         self._stack = ExitStack()
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
@@ -118,7 +105,7 @@ class Attached:
         return self._made
 
     @property
-    def _fleet(self) -> Members:
+    def _fleet(self) -> Fleet:
         return self._entrance.fleet
 
     def add(self, *vehicles: str) -> None:
@@ -149,7 +136,7 @@ class Attached:
     @property
     def _known(self) -> AbstractSet[str]:
         """All vehicles that have joined or wait to join."""
-        return self._fleet.members.keys() | self._entrance.newcomers.keys()
+        return self._fleet.vehicles.keys() | self._entrance.newcomers.keys()
 
     def _newcomer(self, vehicle: str) -> Newcomer:
         if not self._sumo.knows(vehicle):
@@ -199,7 +186,7 @@ class Attached:
             If a vehicle is neither under the gate nor waits to join.
         """
         for vehicle in vehicles:
-            if vehicle not in self._fleet.members and vehicle not in self._entrance.newcomers:
+            if vehicle not in self._fleet and vehicle not in self._entrance.newcomers:
                 msg = f"vehicle {vehicle}: it is not under the gate; add it first"
                 raise TrafficError(msg)
         self._contained.call_back(vehicles)
@@ -289,7 +276,7 @@ class Attached:
         TrafficError
             If a vehicle is of another class, keeps a longer gap, or drives as no gate can work with.
         """
-        for vehicle in self._fleet.members:
+        for vehicle in self._fleet.vehicles:
             before, name = self._kinds[vehicle], self._sumo.type_name(vehicle)
             if name == before.id and "@" not in name:
                 continue
@@ -310,7 +297,7 @@ class Attached:
     @property
     def vehicles(self) -> tuple[str, ...]:
         """The names of the vehicles under the gate."""
-        return tuple(sorted(self._fleet.members))
+        return tuple(sorted(self._fleet.vehicles))
 
     @property
     def waiting(self) -> tuple[str, ...]:
@@ -320,7 +307,7 @@ class Attached:
     def _look_for_standstill(self) -> None:
         """Look for vehicles that starve, and for circles of vehicles that wait for each other."""
         now = self._traffic.now_s
-        if now < self._next_look_s or not self._fleet.members:
+        if now < self._next_look_s or not self._fleet.vehicles:
             return
         self._next_look_s = now + _LOOK_EVERY_S
         self._hunger.check(deadlocked=bool(self._deadlocks))
@@ -332,7 +319,7 @@ class Attached:
                 self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
 
     def _note_collisions(self) -> None:
-        own, now = self._fleet.members.keys(), self._traffic.now_s
+        own, now = self._fleet.vehicles.keys(), self._traffic.now_s
         theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
         for collision in self._colliding.begun(theirs):
             if own >= {collision.collider, collision.victim}:
@@ -358,18 +345,18 @@ class Attached:
         """Figures so far, as a mapping with the keys of ``summary.json``."""
         if self._final is not None:
             return self._final
-        return {**self._figures(), **self._fleet.around.report()}
+        return {**self._figures(), **self._fleet.report()}
 
     def _figures(self) -> dict[str, Any]:
         figures = dict(self._done)
         for record in self._fleet.drive.records.values():
             self._add_up(figures, record)
-        drive, keeper = self._fleet.drive, self._fleet.keeper
-        times = Histogram(keeper.decision_us.values())
+        drive = self._fleet.drive
+        times = Histogram(drive.decision_us.values())
         return {
             **self._settings,
             "duration_s": round(self._traffic.now_s - self._begin_s, 3),
-            "vehicles": len(self._fleet.members),
+            "vehicles": len(self._fleet.vehicles),
             "waiting": len(self._entrance.newcomers),
             "left": self._vehicles,
             "changes": self._fleet.changes,
@@ -387,9 +374,9 @@ class Attached:
             "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
             "starving": [sink.figures() for sink in self._hunger.sinks.values()],
             **self._contained.report(),
-            **promise_figures(keeper),
+            **promise_figures(drive),
             "decisions": times.count,
-            "refusals": dict(sorted(keeper.refusals.items())),
+            "refusals": dict(sorted(drive.refusals.items())),
             "decision_us": times.summary(),
         }
 
@@ -398,20 +385,14 @@ class Attached:
         self._recorder = EventFeed(self._folder)
         self._stack.callback(self._recorder.close)
         settings = self._settings
-        obeyed = settings["lights"] == "obey"
-        rules = Rules(settings["gate"], self._negotiation, lights=obeyed, expects=True)
-        fleet: Members
-        if self._engine == "ledger":
-            fleet = LedgerFleet(
-                self._network,
-                self._traffic,
-                self._recorder,
-                settings["gate"],
-                self._negotiation,
-                obeys=obeyed,
-            )
-        else:
-            fleet = Fleet(self._network, self._traffic, self._recorder, rules)
+        fleet = Fleet(
+            self._network,
+            self._traffic,
+            self._recorder,
+            settings["gate"],
+            self._negotiation,
+            obeys=settings["lights"] == "obey",
+        )
         self._made = JoiningQueue(self._network, self._traffic, fleet)
         fleet.on_leaving = self._count
         contained = OwnersContainment(
@@ -427,7 +408,7 @@ class Attached:
             reason=contained.reason,
         )
         self._watch = DeadlockDetector(
-            self._traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=_Members(fleet)
+            self._traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
         )
         self.connection = self._sumo.connection
         _OPEN.append(self)
@@ -443,7 +424,7 @@ class Attached:
         with self._stack:
             final = self._figures()
             with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
-                final |= self._fleet.around.report()
+                final |= self._fleet.report()
                 self._contained.call_back(self._known)
                 self._entrance.drop(self._known, "end")
             self._recorder.close()

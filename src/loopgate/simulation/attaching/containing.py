@@ -39,7 +39,7 @@ class OwnersStanding:
 
     def at_long_stop(self) -> list[str]:
         """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
-        held = [v for v in self._queue.fleet.members if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
+        held = [v for v in self._queue.fleet.vehicles if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
         stops = {vehicle: self._traffic.stays_s(vehicle) for vehicle in held}
         self._at_stops = {
             vehicle: None
@@ -54,7 +54,7 @@ class OwnersStanding:
 
     def keeps_loop(self, vehicle: str) -> bool:
         """Return whether the owner has set a stop of a vehicle: that is on its loop."""
-        return isfinite(self._queue.fleet.members[vehicle].stop_m)
+        return isfinite(self._queue.fleet.vehicles[vehicle].stop_m)
 
 
 class OwnersContainment:
@@ -114,14 +114,14 @@ class OwnersContainment:
         closures, breakdowns = list(known.closures), list(known.breakdowns)
         for name in dict.fromkeys(names):
             edge = name.rpartition("_")[0]
-            if name in self._queue.fleet.members or name in self._queue.newcomers:
+            if name in self._queue.fleet.vehicles or name in self._queue.newcomers:
                 breakdowns.append(Breakdown(name, now, inf))
             elif name in self._network.edges:
                 closures.append(Closure(name, "", now, inf))
             elif name in self._network.lanes and edge in self._network.edges:
                 closures.append(Closure(edge, name, now, inf))
             else:
-                every = (*self._queue.fleet.members, *self._network.edges)
+                every = (*self._queue.fleet.vehicles, *self._network.edges)
                 msg = f"{name}: no vehicle under the gate, edge or lane has that name{meant(name, every)}"
                 raise ScenarioError(msg)
         self._standing.incidents = Incidents(
@@ -163,14 +163,14 @@ class OwnersContainment:
         self._contained.look()
 
     def _drop_gone(self) -> None:
-        there, known = (self._queue.fleet.members, self._queue.newcomers), self._standing.incidents
+        there, known = (self._queue.fleet.vehicles, self._queue.newcomers), self._standing.incidents
         left = tuple(one for one in known.breakdowns if any(one.vehicle in some for some in there))
         if len(left) < len(known.breakdowns):
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
         """Find and lay ways round everything that has come to stand since the last call."""
-        members = self._queue.fleet.members
+        members = self._queue.fleet.vehicles
         settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
         if settle:
             self._avoided -= self._unlaid
@@ -213,7 +213,7 @@ class OwnersContainment:
         closed = {closure.edge for closure in self._standing.incidents.closures}
         each: list[AbstractSet[str]] = [frozenset((edge,)) for edge in sorted(closed)]
         for vehicle in self._standing.vehicles():
-            driver = self._queue.fleet.members.get(vehicle)
+            driver = self._queue.fleet.vehicles.get(vehicle)
             if driver is not None:
                 each += self._around(driver)
         yield from each

@@ -1,11 +1,11 @@
 """Vehicles of an owner's simulation join the gate, are changed by the owner, and leave."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, RoadNetwork, VehicleType
-from loopgate.simulation.attaching.members import Member, Members
+from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.moves import MOVED_M, Moves
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
@@ -41,7 +41,7 @@ class JoiningQueue:
     grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, fleet: Members) -> None:
+    def __init__(self, network: RoadNetwork, traffic: Traffic, fleet: Fleet) -> None:
         self._traffic = traffic
         self.plan = Plan(network, ())
         self._next: Plan | None = None
@@ -73,10 +73,6 @@ class JoiningQueue:
             without = (other or self.plan).extended(loops)
             self._spare = None if without is self.plan else without, until_s
         self.newcomers.update((newcomer.vehicle, newcomer) for newcomer in newcomers)
-
-    @property
-    def _members(self) -> Mapping[str, Member]:
-        return self.fleet.members
 
     @property
     def coming(self) -> Plan | None:
@@ -112,7 +108,7 @@ class JoiningQueue:
     def after_step(self) -> None:
         """Act after a step of the simulation."""
         self._notice()
-        if self._members:
+        if self.fleet.vehicles:
             self._traffic.stay_braked()
             self._heed_dynamics()
             self._heed_stops()
@@ -129,7 +125,7 @@ class JoiningQueue:
         TrafficError
             If one is longer than it was: its places have not been laid for that.
         """
-        for driver in self._members.values():
+        for driver in self.fleet.vehicles.values():
             can = self._traffic.dynamics(driver.id)
             if can.length_m > driver.length_m + _LONGER_M:
                 msg = (
@@ -143,7 +139,7 @@ class JoiningQueue:
 
     def _heed_stops(self) -> None:
         """Note the owner's stops of vehicles; a stop after the stop that holds a vehicle lies beyond it."""
-        for driver in self._members.values():
+        for driver in self.fleet.vehicles.values():
             before_m, stop, at_m = driver.stop_m, self._traffic.next_stop(driver.id), math.inf
             if stop is not None:
                 edge, position_m, beyond = stop
@@ -154,19 +150,22 @@ class JoiningQueue:
 
     def _notice(self) -> None:
         """Drop vehicles that are gone; a vehicle that was moved joins anew."""
-        if not self._members and not self.newcomers:
+        if not self.fleet.vehicles and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
-        known = [*self._members, *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen)]
+        known = [
+            *self.fleet.vehicles,
+            *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen),
+        ]
         self.drop([vehicle for vehicle in known if vehicle not in present], GONE)
-        self._rejoin(self._moves.find(self._members.values()), "moved")
+        self._rejoin(self._moves.find(self.fleet.vehicles.values()), "moved")
         for newcomer in self.newcomers.values():
             newcomer.seen |= newcomer.vehicle in present
 
     def _rejoin(self, vehicles: Sequence[str], reason: str) -> None:
         kinds = {loop.id: (loop, kind) for loop, kind in self.plan.users}
         now = self._traffic.now_s
-        again = [Newcomer(v, *kinds[self._members[v].track.loop], now, seen=True) for v in vehicles]
+        again = [Newcomer(v, *kinds[self.fleet.vehicles[v].track.loop], now, seen=True) for v in vehicles]
         self.drop(vehicles, reason)
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
@@ -186,7 +185,7 @@ class JoiningQueue:
 
     def _replan(self, plan: Plan) -> bool:
         """Go over to another plan if that can be done now; else see to it that it can be soon."""
-        goes_on = not self._members or plan.goes_on_with(self.plan)
+        goes_on = not self.fleet.vehicles or plan.goes_on_with(self.plan)
         if not goes_on and not self.fleet.settled:
             other, until_s = self._spare
             if self._traffic.now_s >= until_s:  # somebody stands who cannot
@@ -199,7 +198,7 @@ class JoiningQueue:
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:
-            self._rejoin(list(self._members), "another plan")
+            self._rejoin(list(self.fleet.vehicles), "another plan")
         self._next, self._spare, self.plan = None, (None, math.inf), plan
         self.fleet.drive_by(plan.itineraries, plan.tracks, plan.room)
         return True

@@ -16,6 +16,7 @@ from loopgate.model import StateId
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.fleet.start import _refuse_crowd
+from loopgate.simulation.ledger_joining import refuse_crowd
 
 CAR = VehicleType()
 TRUCK = replace(CAR, id="truck", length_m=16.0)
@@ -60,13 +61,13 @@ def test_a_place_that_is_overfull_gives_nobody_a_slot(residents: int, *, fine: b
     now = {"a": 3, "b": 2, "c": 2}
     robots = system(paths, capacity=now, fifo=("a", "b", "c"), starts={"x": 1})
     gate = cast("Any", SimpleNamespace(promise="everyone"))
-    room = {"a": 2, "b": 2, "c": 2}
+    room = {StateId(place): 2 for place in "abc"}
     if fine:
-        _refuse_crowd(gate, robots, room)
+        refuse_crowd(gate, robots, room)
     else:
         with pytest.raises(GateError, match="not every vehicle"):
-            _refuse_crowd(gate, robots, room)
-    _refuse_crowd(cast("Any", SimpleNamespace(promise="somebody")), robots, room)
+            refuse_crowd(gate, robots, room)
+    refuse_crowd(cast("Any", SimpleNamespace(promise="somebody")), robots, room)
 
 
 @pytest.mark.parametrize(("residents", "fine"), [(2, True), (3, False)])

@@ -1,4 +1,4 @@
-"""An owner's vehicles under the ledger: see `loopgate.simulation.attaching.members.Members`."""
+"""The vehicles under a gate, which join and leave while their owner steps the simulation."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.track import Track
+from loopgate.control.accounts import Account
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.lights import light
@@ -22,17 +23,16 @@ from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
-from loopgate.simulation.drives import Record
-from loopgate.simulation.fleet.start import start_with
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.ledger_gate import Deciding
+from loopgate.simulation.ledger_joining import start_with
 from loopgate.simulation.ledger_leading import LedgerLeading, LedLedgerVehicle, way_of
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 
 
-class LedgerFleet:
-    """The vehicles that the ledger drives among ordinary traffic, while their owner steps the simulation.
+class Fleet:
+    """The vehicles under a gate, among ordinary traffic; nobody is there yet.
 
     Parameters
     ----------
@@ -75,18 +75,20 @@ class LedgerFleet:
             reserve=deciding.reserve,
         )
         self._driving.is_courteous = False
-        self._ledger = self._driving.ledger
+        self._ledger = ledger
         self.drive = LedgerDrive(traffic, recorder, self._driving, (), None, roads.slack, deciding.asked)
-        self.keeper = self.drive
         self.leads = LedgerLeading(traffic, self._driving, ())
-        self.around = self
         self.changes = 0
-        self.on_leaving: Callable[[Record], None] = lambda _: None
-        self._room: Mapping[str, int] = {}
+        """How often vehicles joined or left."""
+        self.on_leaving: Callable[[Account], None] = lambda _: None
+        """Called with the account of each vehicle that leaves."""
         self._plan: Sequence[Itinerary] = ()
 
+    def __contains__(self, vehicle: object) -> bool:
+        return vehicle in self._ledger.vehicles
+
     @property
-    def members(self) -> Mapping[str, LedLedgerVehicle]:
+    def vehicles(self) -> Mapping[str, LedLedgerVehicle]:
         """The vehicles, by name."""
         return self.leads.driver_of
 
@@ -105,7 +107,7 @@ class LedgerFleet:
         self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
     ) -> None:
         """Replace the itineraries and tracks of all vehicles, present and later; `room` is by place."""
-        self._plan, self._room = itineraries, room
+        self._plan = itineraries
         legs = {track.loop: track.legs for track in ways}
         if self._ledger.vehicles:
             self._driving.lay_more(room, legs)
@@ -116,16 +118,17 @@ class LedgerFleet:
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do. `answer` follows."""
         come = Counter(track.legs[track.start_position].state for track in tracks)
-        bodies = {name: len(self._driving.places[name].bodies) for name in come}
-        if any(bodies[name] + number > self._room[name] + beyond for name, number in come.items()):
-            return False
+        places, ways = self._driving.places, [way_of(track) for track in tracks]
+        for name, number in come.items():
+            if len(places[name].bodies) + number > places[name].slots + beyond:
+                return False
         try:
-            made = start_with(self.leads, tracks, self._room, self._gate)
+            made = start_with(self._driving, ways, self._gate)
         except GateError:
             return False
         self.changes += 1
         self.leads.know(tracks)
-        self._driving.welcome([way_of(track) for track in tracks], beyond)
+        self._driving.welcome(ways, beyond)
         for track in tracks:
             self._ledger.vehicles[track.vehicle].held = True
         self._go_by(*made)
@@ -144,8 +147,8 @@ class LedgerFleet:
         if not leaving:
             return False
         self.changes += 1
-        if self.members and not self.leads.sets_aside:
-            self._go_by(*start_with(self.leads, (), self._room, self._gate))
+        if self._ledger.vehicles and not self.leads.sets_aside:
+            self._go_by(*start_with(self._driving, (), self._gate))
         return True
 
     def after_step(self) -> None:
