@@ -26,10 +26,10 @@ from loopgate.simulation.containment import Containment
 from loopgate.simulation.drives import Made, Reports
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
-from loopgate.simulation.ledger_departures import NEVER_FULL, LedgerDepartures
+from loopgate.simulation.ledger_departures import LedgerDepartures
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.ledger_gate import AskedGate, Deciding
-from loopgate.simulation.ledger_joining import JoinedGate
+from loopgate.simulation.ledger_joining import NEVER_FULL, JoinedGate
 from loopgate.simulation.ledger_leading import LedgerLeading, way_of
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import inf
-from typing import Final
 
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures as Rules
@@ -18,9 +17,6 @@ from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.fleet.departures import Arrived, Departures
 from loopgate.simulation.ledger_leading import way_of
 from loopgate.traffic.base import Traffic
-
-NEVER_FULL: Final = 1 << 30
-"""How many vehicles are taken to fit where vehicles go that arrive."""
 
 
 def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:

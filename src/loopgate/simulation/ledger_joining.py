@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from time import perf_counter
+from typing import Final
 
 from loopgate.control.driving import Driving
 from loopgate.control.way import Way
@@ -12,10 +13,12 @@ from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.simulation.ledger_departures import NEVER_FULL
 from loopgate.simulation.ledger_gate import AskedGate
 
-__all__ = ["JoinedGate", "start_with"]
+__all__ = ["NEVER_FULL", "JoinedGate", "refuse_crowd", "start_with"]
+
+NEVER_FULL: Final = 1 << 30
+"""How many vehicles are taken to fit where vehicles go that arrive."""
 
 
 class JoinedGate:
