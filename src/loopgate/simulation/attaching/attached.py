@@ -16,26 +16,17 @@ from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
 from loopgate.results.columns import Event
-from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
 from loopgate.simulation.attaching.newcomers import Newcomer
-from loopgate.simulation.drives import Record
-from loopgate.simulation.run_folder import deadlock_figures, promise_figures
+from loopgate.simulation.attaching.watch import Watch
 from loopgate.simulation.settings import why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
-from loopgate.simulation.watching.collisions import Collisions
-from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
-from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.traffic.running import RunningSumo
 
 _LONGER_M = 0.01
-_LOOK_EVERY_S = 10.0
-_STANDING_S = 60.0
-"""So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
-
 
 _OPEN: list["Attached"] = []
 """Those that are in use in this process."""
@@ -83,14 +74,9 @@ class Attached:
         self._kinds: dict[str, VehicleType] = {}
         """The types of vehicles as they were when they were added."""
         self._begin_s = self._latest_s = self._traffic.now_s
-        self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
-        self._collisions = self._collisions_with_others = self._vehicles = 0
-        self._colliding = Collisions()
         self._made: JoiningQueue | None = None
         self._final: dict[str, Any] | None = None
         self._events: pd.DataFrame | None = None
-        self._deadlocks: list[Deadlock] = []
-        self._next_look_s = self._begin_s + _LOOK_EVERY_S
 
     @property
     def events(self) -> pd.DataFrame:
@@ -242,10 +228,10 @@ class Attached:
         """
         try:
             self._look_at_clock()
-            self._note_collisions()
+            self._watch.note_collisions()
             self._entrance.after_step()
             self._check_kinds()
-            self._look_for_standstill()
+            self._watch.look_for_standstill()
         except self._sumo.error as error:
             msg = f"at {self._traffic.now_s:g} s SUMO refuses what the gate asks of it: {error}"
             raise TrafficError(msg) from error
@@ -304,42 +290,6 @@ class Attached:
         """The names of the vehicles that have been added and wait to come under the gate."""
         return tuple(sorted(self._entrance.newcomers))
 
-    def _look_for_standstill(self) -> None:
-        """Look for vehicles that starve, and for circles of vehicles that wait for each other."""
-        now = self._traffic.now_s
-        if now < self._next_look_s or not self._fleet.vehicles:
-            return
-        self._next_look_s = now + _LOOK_EVERY_S
-        self._hunger.check(deadlocked=bool(self._deadlocks))
-        deadlock = self._watch.check()
-        if deadlock is not None:
-            self._deadlocks.append(deadlock)
-            ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
-            for vehicle, place, other in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
-                self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
-
-    def _note_collisions(self) -> None:
-        own, now = self._fleet.vehicles.keys(), self._traffic.now_s
-        theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
-        for collision in self._colliding.begun(theirs):
-            if own >= {collision.collider, collision.victim}:
-                self._collisions += 1
-            else:
-                self._collisions_with_others += 1
-            self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
-
-    def _count(self, driver: Record) -> None:
-        """Add the figures of a vehicle under the gate."""
-        self._add_up(self._done, driver)
-        self._vehicles += 1
-
-    def _add_up(self, figures: dict[str, float], driver: Record) -> None:
-        now = self._traffic.now_s
-        figures["laps"] += driver.laps
-        figures["distance_m"] += driver.distance_m
-        figures["hold_s"] += driver.total_hold_s(now)
-        figures["longest_wait_s"] = max(figures["longest_wait_s"], driver.worst_wait_s(now))
-
     @property
     def summary(self) -> dict[str, Any]:
         """Figures so far, as a mapping with the keys of ``summary.json``."""
@@ -348,36 +298,15 @@ class Attached:
         return {**self._figures(), **self._fleet.report()}
 
     def _figures(self) -> dict[str, Any]:
-        figures = dict(self._done)
-        for record in self._fleet.drive.records.values():
-            self._add_up(figures, record)
-        drive = self._fleet.drive
-        times = Histogram(drive.decision_us.values())
         return {
             **self._settings,
             "duration_s": round(self._traffic.now_s - self._begin_s, 3),
-            "vehicles": len(self._fleet.vehicles),
+            **self._watch.figures(),
             "waiting": len(self._entrance.newcomers),
-            "left": self._vehicles,
-            "changes": self._fleet.changes,
             "loops": len(self._loops),
-            "laps": int(figures["laps"]),
-            "distance_km": round(figures["distance_m"] / 1000.0, 6),
-            "hold_s": round(figures["hold_s"], 3),
-            "longest_wait_s": round(figures["longest_wait_s"], 3),
-            "collisions": self._collisions,
-            "collisions_with_others": self._collisions_with_others,
-            **{name: getattr(drive, name) for name in ("overruns", "trespasses", "strays")},
             "mended": self._entrance.mended,
             "without_way": list(self._traffic.without_way),
-            "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
-            "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
-            "starving": [sink.figures() for sink in self._hunger.sinks.values()],
             **self._contained.report(),
-            **promise_figures(drive),
-            "decisions": times.count,
-            "refusals": dict(sorted(drive.refusals.items())),
-            "decision_us": times.summary(),
         }
 
     def __enter__(self) -> Self:
@@ -394,22 +323,11 @@ class Attached:
             obeys=settings["lights"] == "obey",
         )
         self._made = JoiningQueue(self._network, self._traffic, fleet)
-        fleet.on_leaving = self._count
         contained = OwnersContainment(
             self._sumo, self._network, self._recorder, self._made, standing=self._standing
         )
         self._contained, self._made.before_asking = contained, contained.look
-        self._hunger = StarvationWatch(
-            fleet.drive,
-            self._traffic,
-            self._recorder,
-            after_s=self._starving_s,
-            stands=contained.why,
-            reason=contained.reason,
-        )
-        self._watch = DeadlockDetector(
-            self._traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
-        )
+        self._watch = Watch(self._traffic, fleet, self._recorder, contained, starving_s=self._starving_s)
         self.connection = self._sumo.connection
         _OPEN.append(self)
         self._stack.callback(_OPEN.remove, self)

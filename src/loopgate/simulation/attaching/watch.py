@@ -1,0 +1,127 @@
+"""What is noted of the vehicles under an attached gate: collisions, standstill, and figures."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from loopgate.control.accounts import Account
+from loopgate.results.columns import Event
+from loopgate.results.histogram import Histogram
+from loopgate.results.recorder import EventFeed
+from loopgate.simulation.attaching.containing import OwnersContainment
+from loopgate.simulation.attaching.fleet import Fleet
+from loopgate.simulation.run_folder import deadlock_figures, promise_figures
+from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
+from loopgate.simulation.watching.starving import StarvationWatch
+from loopgate.traffic.base import Traffic
+
+_LOOK_EVERY_S: Final = 10.0
+_STANDING_S: Final = 60.0
+"""So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
+
+
+class Watch:
+    """Notes what happens to the vehicles under a gate, and counts what they do.
+
+    Parameters
+    ----------
+    traffic, fleet, recorder
+        The running simulation, the vehicles, and the recorder of events.
+    contained
+        Says why vehicles stand.
+    starving_s
+        Time without a grant after which a vehicle counts as starving [s].
+    """
+
+    def __init__(
+        self,
+        traffic: Traffic,
+        fleet: Fleet,
+        recorder: EventFeed,
+        contained: OwnersContainment,
+        *,
+        starving_s: float,
+    ) -> None:
+        self._traffic, self._fleet, self._recorder = traffic, fleet, recorder
+        fleet.on_leaving = self._count
+        self._hunger = StarvationWatch(
+            fleet.drive,
+            traffic,
+            recorder,
+            after_s=starving_s,
+            stands=contained.why,
+            reason=contained.reason,
+        )
+        self._detector = DeadlockDetector(
+            traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
+        )
+        self._deadlocks: list[Deadlock] = []
+        self._next_look_s = traffic.now_s + _LOOK_EVERY_S
+        self._colliding = Collisions()
+        self._collisions = self._collisions_with_others = self._left = 0
+        self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
+        """What the vehicles have done that have left."""
+
+    def note_collisions(self) -> None:
+        """Note the collisions of vehicles under the gate that begin in this step."""
+        own, now = self._fleet.vehicles.keys(), self._traffic.now_s
+        theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
+        for collision in self._colliding.begun(theirs):
+            if own >= {collision.collider, collision.victim}:
+                self._collisions += 1
+            else:
+                self._collisions_with_others += 1
+            self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
+
+    def look_for_standstill(self) -> None:
+        """Look for vehicles that starve, and for circles of vehicles that wait for each other."""
+        now = self._traffic.now_s
+        if now < self._next_look_s or not self._fleet.vehicles:
+            return
+        self._next_look_s = now + _LOOK_EVERY_S
+        self._hunger.check(deadlocked=bool(self._deadlocks))
+        deadlock = self._detector.check()
+        if deadlock is not None:
+            self._deadlocks.append(deadlock)
+            ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
+            for vehicle, place, other in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
+                self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
+
+    def _count(self, account: Account) -> None:
+        """Add what a vehicle has done that leaves."""
+        self._add_up(self._done, account)
+        self._left += 1
+
+    def _add_up(self, figures: dict[str, float], account: Account) -> None:
+        now = self._traffic.now_s
+        figures["laps"] += account.laps
+        figures["distance_m"] += account.distance_m
+        figures["hold_s"] += account.total_hold_s(now)
+        figures["longest_wait_s"] = max(figures["longest_wait_s"], account.worst_wait_s(now))
+
+    def figures(self) -> dict[str, Any]:
+        """Return the figures of all vehicles so far, with the keys of ``summary.json``."""
+        figures, drive = dict(self._done), self._fleet.drive
+        for account in drive.records.values():
+            self._add_up(figures, account)
+        times = Histogram(drive.decision_us.values())
+        return {
+            "vehicles": len(self._fleet.vehicles),
+            "left": self._left,
+            "changes": self._fleet.changes,
+            "laps": int(figures["laps"]),
+            "distance_km": round(figures["distance_m"] / 1000.0, 6),
+            "hold_s": round(figures["hold_s"], 3),
+            "longest_wait_s": round(figures["longest_wait_s"], 3),
+            "collisions": self._collisions,
+            "collisions_with_others": self._collisions_with_others,
+            **{name: getattr(drive, name) for name in ("overruns", "trespasses", "strays")},
+            "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
+            "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
+            "starving": [sink.figures() for sink in self._hunger.sinks.values()],
+            **promise_figures(drive),
+            "decisions": times.count,
+            "refusals": dict(sorted(drive.refusals.items())),
+            "decision_us": times.summary(),
+        }
