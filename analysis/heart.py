@@ -200,7 +200,7 @@ def drive(
                 collisions.update(pair for pair in found if not own.isdisjoint(pair))
                 if watched:
                     waiting = [v for v in ledger.vehicles.values() if v.asks and v.leg.place.line[0] is v]
-                    free_to_go += sum(not ledger.why_not(v) for v in waiting)
+                    free_to_go += sum(not (ledger.why_not(v) or v.woken) for v in waiting)
                 departures.look()
                 if turnover_s:
                     turnover.step()

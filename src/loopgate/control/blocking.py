@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from math import inf
 
 from loopgate.control.chain import closes
+from loopgate.control.keeping import PASSED_OVER
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
 from loopgate.control.roads import BEYOND_M, Lane, Other
@@ -26,15 +27,15 @@ def blockers(
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
         return []
+    ways = [over.movement.kept_for for over in vehicle.leg.passes]
     if vehicle.reason == Reason.OCCUPIED:
-        inside = [body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]
-        return [inside] if inside else []  # without any, slots have become free since it was refused
+        if not wanted.is_full():
+            return _late([wanted.kept_for], vehicle)
+        return [[body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]]
     if vehicle.reason == Reason.CROSSING:
-        return [[other] for other in _on_the_way(vehicle)]
+        return [*_late(ways, vehicle), *([other] for other in _on_the_way(vehicle))]
     if vehicle.reason == Reason.SERVICE:
-        ways = [over.movement.kept_for for over in vehicle.leg.passes]
-        kept = {other for other in (wanted.kept_for, *ways) if other not in (None, vehicle)}
-        return [[other] for other in sorted(filter(None, kept), key=lambda one: one.number)]
+        return [[other] for other in _named([wanted.mover, *ways], vehicle) if other.mover]
     found: list[Vehicle] = []
     if by_gate is not None and vehicle.reason != Reason.RESERVE:
         names = by_gate(vehicle)
@@ -42,6 +43,17 @@ def blockers(
     elif vehicle.reason == Reason.DEADLOCK:
         found = [place.line[0] for place in closes(vehicle) if place.line]
     return [found or [other for other in everybody if other is not vehicle]]
+
+
+def _named(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[Vehicle]:
+    """Return other vehicles than this, each once, in the order of their numbers."""
+    others = {other for other in some if other is not None and other is not vehicle}
+    return sorted(others, key=lambda one: one.number)
+
+
+def _late(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[list[Vehicle]]:
+    """Return, each by itself, those for whom something is kept still, and not for a mover by now."""
+    return [[other] for other in _named(some, vehicle) if other.asks and other.reason in PASSED_OVER]
 
 
 def ahead(

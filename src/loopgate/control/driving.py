@@ -18,7 +18,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.places import Leg, Make, Vehicle
-from loopgate.control.rules import Reserve
+from loopgate.control.pressure import Pressure
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
@@ -50,7 +50,7 @@ class Driving:
         Where vehicles stop in every round, by vehicle, in the order of its loop.
     has_room
         Whether there is room for a vehicle in its place, ordinary vehicles considered.
-    reserve
+    pressing
         How much room is left in crowded places, if that is to follow from who drives round.
     spacing
         Spaces vehicles on loops; its rule is the ledger's.
@@ -64,7 +64,7 @@ class Driving:
         sight: Sight | None = None,
         stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
         has_room: Callable[[Vehicle], bool] = lambda _: True,
-        reserve: Reserve | None = None,
+        pressing: Pressure | None = None,
         spacing: Spacing | None = None,
     ) -> None:
         self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
@@ -74,7 +74,7 @@ class Driving:
         """The events: time [s], vehicle, event, place, reason."""
         self._paths: dict[int, tuple[Drawings, list[Leg]]] = {}
         """The paths, with the legs as they are drawn, by the identity of these."""
-        self._reserve, self._spacing = reserve, spacing
+        self._pressing, self._spacing = pressing, spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
         self._round: dict[str, list[Leg]] = {}
@@ -151,8 +151,8 @@ class Driving:
         traffic, first = self._traffic, len(self.diaries)
         self.ledger.now_s = traffic.now_s
         self.changes += len(ways)
-        for way in sorted(ways, key=lambda one: one.legs[one.position].begin_m - one.front_m):
-            path = self.path(way)
+        made = self.ledger.made
+        for number, way in sorted(enumerate(ways, made), key=lambda one: _behind_m(one[1])):
             like = traffic.dynamics(way.vehicle)
             haste = max(1.0, like.speed_factor)
             make = Make(
@@ -164,11 +164,15 @@ class Driving:
                 # One that keeps the simulator's right of way too may be held by an ordinary one.
                 foreseen=way.foreseen and not traffic.gives_way,
             )
-            vehicle = self.ledger.take_in(way.vehicle, path, way.position, make, way.lap_m, beyond)
-            vehicle.row = len(self.diaries)
+            vehicle = self.ledger.take_in(
+                way.vehicle, self.path(way), way.position, make, way.lap_m, beyond, number
+            )
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
             put_in_order(self.ledger, vehicle)
-            diary = Diary(vehicle, way, path)
+        for way in ways:
+            vehicle = self.ledger.vehicles[way.vehicle]
+            vehicle.row = len(self.diaries)
+            diary = Diary(vehicle, way, self.path(way))
             self.diaries.append(diary)
             self.accounts.open(diary)
             traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
@@ -190,13 +194,10 @@ class Driving:
 
     def _leave_room(self) -> None:
         """Say how much room is to be left in crowded places."""
-        if self._reserve is not None:
+        if self._pressing is not None:
             paths = {id(path): path for path in self._round.values()}
             places = {leg.place: None for path in paths.values() for leg in path}
-            self._reserve.room_for(len(self.ledger.vehicles), places)
-            for vehicle in self.ledger.waiting:
-                if vehicle.reason == "reserve":
-                    self.ledger.wake(vehicle)
+            self._pressing.room_for(len(self.ledger.vehicles), places)
 
     def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
         """Return whether a slot is free at the start of a vehicle, and all there are before it."""
@@ -274,7 +275,7 @@ class Driving:
         Return whether that can be done now. `edges`: the route by which the simulator leads it.
         """
         path, make = self.path(way), vehicle.make
-        if not may_turn_off(self.ledger, vehicle, path[way.position]):
+        if not may_turn_off(vehicle, path[way.position]):
             return False
         self._traffic.lead(vehicle.name, edges)
         kind = make.with_top(way.top * make.haste)
@@ -340,7 +341,7 @@ class Driving:
         gone, stay = write_down(self.ledger, self.diaries, self.rows)
         for vehicle in gone:
             if vehicle.held:
-                vehicle.held = False
+                vehicle.held = vehicle.halted = False
                 if self.accounts.of[vehicle.name].goes_on(now_s):
                     self.rows.append((now_s, vehicle.name, Event.GO, vehicle.leg.place.name, ""))
                 if not self.steering.leads_back(vehicle):
@@ -362,6 +363,7 @@ class Driving:
         vehicle = account.vehicle
         if vehicle.held and account.halted_s == inf:
             account.halted_s = now_s
+            vehicle.halted = True
             self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
 
     @staticmethod
@@ -398,3 +400,8 @@ class Driving:
         elif vehicle.speed > 0.0 and self.diaries[vehicle.row].drawn(vehicle.granted).line.edge == renewed_on:
             self._traffic.release(vehicle.name)
             self._hold(vehicle)
+
+
+def _behind_m(way: Way) -> float:
+    """Return how far the front of a vehicle is from the beginning of its place, the less the farther [m]."""
+    return way.legs[way.position].begin_m - way.front_m

@@ -2,18 +2,18 @@
 
 A vehicle that has been passed over for a while is *late*: the last slot of the place that it wants is its
 own, and once there is a slot nobody sets out across its way. `loopgate.drive.patience` says why. One that
-has waited for very long is *served*: slot and way are kept for its *mover*, whose move brings it nearer to
+has waited for very long is *served*: slots and way are kept for its *mover*, whose move brings it nearer to
 its grant. `loopgate.drive.service` says of that why each request is granted. Older requests come first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
-from loopgate.control.chain import closes, full_after, full_before, next_mover
+from loopgate.control.chain import closes, full_before, next_mover
 from loopgate.control.places import Movement, Place, Vehicle
-from loopgate.control.refusal import Refusal
+from loopgate.control.refusal import Refusal, Rule
 
 PATIENCE_S: Final = 60.0
 """How long a request is passed over before others have to let it pass [s]."""
@@ -27,27 +27,32 @@ PATIENCE_THERE_S: Final = 10.0
 GIVES_WAY_S: Final = 10.0
 """How long one that the chain rule has refused keeps nothing for itself [s]."""
 
-_OUTSIDE: Final = ("red", "traffic")
-"""Refusals that something outside lifts."""
+PASSED_OVER: Final = ("crossing", "occupied")
+"""Refusals of a vehicle that others pass over."""
 
 _THROUGH_RED_S: Final = 120.0
-"""After this long a mover's way is kept clear all the same [s]."""
+"""After this long a mover's way is kept clear though a light or ordinary traffic holds it [s]."""
 
 
-def kept(vehicle: Vehicle, now_s: float) -> Refusal | None:
+def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse the last slot, or a way, that is kept for another vehicle."""
     wanted = vehicle.wanted()
     if wanted is None:
         return None
-    if wanted.kept_for not in (None, vehicle):
+    free = wanted.slots - len(wanted.bodies)
+    if wanted.mover is not None and wanted.mover is not vehicle:
         # One with room behind it leaves a mover a slot more: nobody is short of the one that it gives back.
         here = vehicle.leg.place
-        leaves = 2 if wanted.served and len(here.line) < here.slots else 1
-        if wanted.barred or wanted.slots - len(wanted.bodies) <= leaves:
-            return Refusal("service", [wanted], now_s)  # a grant of this step may leave another slot
-    for over in vehicle.leg.passes:
-        if over.movement.kept_for not in (None, vehicle):
+        leaves = 2 if len(here.line) < here.slots else 1
+        if wanted.barred or free <= leaves:
             return Refusal("service")
+    other = wanted.kept_for
+    if free == 1 and other is not None and other is not vehicle and wanted.mover is not vehicle:
+        return Refusal("occupied")
+    for over in vehicle.leg.passes:
+        other = over.movement.kept_for
+        if other is not None and other is not vehicle:
+            return Refusal("service" if other.mover else "crossing")
     return None
 
 
@@ -59,57 +64,60 @@ class Keeping:
         """Those that wait, oldest request first."""
         self._places: list[Place] = []
         self._movements: list[Movement] = []
-        self._looked_at: set[Place] = set()
-        self._turned: dict[Vehicle, set[Place]] = {}
+        self._turned: dict[Vehicle, list[Place]] = {}
         """By served vehicle whose way leads on from a circle: all places on the way so far."""
         self._named_s: dict[Vehicle, float] = {}
         """Since when a vehicle is a mover [s]."""
         self.most_served = 0
         self.serve_after_s = PATIENCE_S
         """The age from which on the oldest requests are served [s]."""
-        self.is_refused: Callable[[Vehicle], bool] = lambda vehicle: bool(full_after(vehicle).circle())
-        """Whether what decides at last would refuse a vehicle, or did."""
+        self.outside: Sequence[Rule] = ()
+        """The rules about what comes from outside: no way is kept clear for a mover that one refuses."""
         self.is_behind: Callable[[Vehicle], bool] = lambda _: False
         """Whether a vehicle is behind on its loop: then it is passed over for less long."""
 
     def look(self, now_s: float) -> None:
-        """Keep slots and ways for those that are late now, and for nobody else."""
+        """Keep slots and ways for those that are late or served now, and for nobody else."""
+        held = {mover for mover in self._named_s if mover.asks and self._is_held(mover, now_s)}
         for place in self._places:
-            place.kept_for = None
-            place.served = place.barred = False
+            place.kept_for = place.mover = None
+            place.barred = False
         for movement in self._movements:
             movement.kept_for = None
         self._places.clear()
         self._movements.clear()
-        old = self._old(now_s)
-        self._serve(old, now_s)
-        short: set[Place] = set()
-        for vehicle in old:
-            wanted = vehicle.wanted()
-            if wanted is not None and wanted.is_full() and now_s - vehicle.since_s >= SHORT_OF_SLOTS_S:
-                short.add(wanted)
-        for vehicle in old:
-            soon = vehicle.leg.place in short or self.is_behind(vehicle)
-            patience_s = PATIENCE_THERE_S if soon else PATIENCE_S
-            if self.is_refused(vehicle):
-                vehicle.blocked_s = now_s  # whether it is asked about in this step or not
-            late = now_s - vehicle.since_s >= patience_s and vehicle.reason not in _OUTSIDE
-            if late and now_s - vehicle.blocked_s >= GIVES_WAY_S:
-                self._keep_for(vehicle)
+        for vehicle in self._late(now_s):
+            self._keep_for(vehicle)
+        self._serve(held, now_s)
 
-    def moves_next(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle is the mover of another, or its own."""
-        return vehicle in self._named_s
+    def _is_held(self, mover: Vehicle, now_s: float) -> bool:
+        """Return whether something outside keeps a mover from its move."""
+        for rule in self.outside:
+            if rule(mover, now_s) is not None:
+                return True
+        return mover.withheld != ""
 
-    def _old(self, now_s: float) -> list[Vehicle]:
-        """Return the vehicles that have waited for a while, but for those that idle: that ends by itself."""
+    def _late(self, now_s: float) -> list[Vehicle]:
+        """Return the vehicles that others have to let pass, oldest request first."""
         old: list[Vehicle] = []
+        short: set[Place] = set()
         for vehicle in self._waiting:
-            if now_s - vehicle.since_s < min(PATIENCE_THERE_S, self.serve_after_s):
+            waited_s, wanted = now_s - vehicle.since_s, vehicle.wanted()
+            if waited_s < PATIENCE_THERE_S:
                 break
-            if not vehicle.idles():
+            if vehicle.reason in PASSED_OVER and wanted is not None and not vehicle.idles():
                 old.append(vehicle)
-        return old
+                if vehicle.reason == "occupied" and waited_s >= SHORT_OF_SLOTS_S and wanted.is_full():
+                    short.add(wanted)
+        late: list[tuple[float, int, Vehicle]] = []
+        for vehicle in old:
+            if now_s - vehicle.blocked_s < GIVES_WAY_S:
+                continue
+            soon = vehicle.leg.place in short or self.is_behind(vehicle)
+            if soon or now_s - vehicle.since_s >= PATIENCE_S:
+                late.append((vehicle.since_s, vehicle.number, vehicle))
+        late.sort()
+        return [vehicle for _, _, vehicle in late]
 
     def _keep_for(self, vehicle: Vehicle) -> None:
         """Keep the last slot for a vehicle, and its way if a slot is left, unless they are kept already."""
@@ -122,51 +130,61 @@ class Keeping:
         others = 0 if wanted.kept_for is vehicle else 1
         if wanted.slots - len(wanted.bodies) <= others:
             return
-        if any(over.movement.kept_for is not None for over in vehicle.leg.passes):
-            return
+        for over in vehicle.leg.passes:
+            if over.movement.kept_for is not None:
+                return
         for over in vehicle.leg.passes:
             for movement in over.foes:
                 if movement.kept_for is None:
                     movement.kept_for = vehicle
                     self._movements.append(movement)
 
-    def _serve(self, old: Iterable[Vehicle], now_s: float) -> None:
-        """Keep slot and way for the movers of those that have waited for very long, oldest first."""
-        self._looked_at.clear()
+    def _serve(self, held: set[Vehicle], now_s: float) -> None:
+        """Keep slots and ways for the movers of those that have waited for very long, oldest first."""
         named_s, self._named_s = self._named_s, {}
         turned, self._turned = self._turned, {}
-        served = 0
-        for vehicle in old:
+        for before in named_s:
+            before.mover = False
+        for vehicle in self._waiting:
+            if vehicle.reason == "stop" or vehicle.idles():
+                continue
             if now_s - vehicle.since_s < self.serve_after_s:
                 break
-            way = full_before(vehicle)
-            mover = next_mover(vehicle)
-            wanted = None if mover is None else mover.wanted()
-            if mover is None or wanted is None or mover.idles():
+            places = full_before(vehicle)
+            last, mover = places[-1].line[0], next_mover(vehicle)
+            end = last.wanted()
+            if mover is None or end is None or mover.idles() or mover.beside:
                 continue
-            if not self._looked_at.isdisjoint([*way, wanted]):
-                continue
-            places = turned.get(vehicle, set()) | set(way)
-            if vehicle in turned or len(closes(_last(way))) > 0:
+            places.append(end)
+            if any(place.mover is not None for place in places):
+                continue  # the way of an older one leads there
+            turns = vehicle in turned or len(closes(last)) > 0
+            if turns:
+                places += [place for place in turned.get(vehicle, []) if place.mover is None]
                 self._turned[vehicle] = places
-                for place in places:
-                    self._keep_place(place, mover)
-                    place.barred = True
-            self._keep_place(wanted, mover)
-            self._looked_at |= places | {wanted}
+            for place in places:
+                place.mover, place.barred = mover, turns
+            self._places += places
+            mover.mover = True
             self._named_s[mover] = named_s.get(mover, now_s)
-            served += 1
-            outside = mover.reason in _OUTSIDE and now_s - self._named_s[mover] < _THROUGH_RED_S
-            if mover.asks and not outside:
-                self._keep_for(mover)
-        self.most_served = max(self.most_served, served)
+            if mover.asks and (mover not in held or now_s - self._named_s[mover] >= _THROUGH_RED_S):
+                self._clear_way(mover)
+        self.most_served = max(self.most_served, len(self._named_s))
 
-    def _keep_place(self, place: Place, mover: Vehicle) -> None:
-        place.kept_for = mover
-        place.served = True
-        self._places.append(place)
-
-
-def _last(way: list[Place]) -> Vehicle:
-    """Return the first in line of the last place."""
-    return way[-1].line[0]
+    def _clear_way(self, mover: Vehicle) -> None:
+        """Let nobody set out across a mover's way, unless an older one's mover needs that."""
+        wanted, passes = mover.wanted(), mover.leg.passes
+        if wanted is None or wanted.is_full():
+            return
+        for over in passes:
+            other = over.movement.kept_for
+            if other is not None and other.mover:
+                return
+        for over in passes:
+            over.movement.kept_for = None
+        for over in passes:
+            for movement in over.foes:
+                other = movement.kept_for
+                if other is None or not other.mover:
+                    movement.kept_for = mover
+                    self._movements.append(movement)

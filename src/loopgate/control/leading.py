@@ -15,13 +15,13 @@ def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
-def may_turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg) -> bool:
+def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
     """Return whether a vehicle can go on by another path now, on which its place is a leg.
 
     It can where it holds that place and nothing else, does not have to move out of another's way next, and
     closes no circle of full places by it.
     """
-    if not vehicle.is_settled() or vehicle.steered or ledger.keeping.moves_next(vehicle):
+    if not vehicle.is_settled() or vehicle.steered or vehicle.mover:
         return False
     return not closes_by_turning(vehicle, leg)
 

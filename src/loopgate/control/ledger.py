@@ -10,6 +10,7 @@ from typing import Final
 from loopgate.control.chain import closes_by_entering
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import POINT, TOLERANCE_M, Body, Leg, Make, Place, Trip, Vehicle
+from loopgate.control.pressure import Pressure
 from loopgate.control.refusal import Refusal, Rule
 
 GRANTED: Final = "granted"
@@ -17,8 +18,8 @@ REFUSED: Final = "refused"
 LEFT: Final = "left"
 BRAKES: Final = "brakes"
 
-WAIT_S: Final = 5.0
-"""So long a wait counts as much as one vehicle more behind than before [s]."""
+Order = Callable[[list[Vehicle], float], list[Vehicle]]
+"""What puts vehicles that no rule refuses in order, at a time [s]; those that it leaves out wait."""
 
 
 class Ledger:
@@ -30,10 +31,12 @@ class Ledger:
     Parameters
     ----------
     rules
-        Asked in this order until one refuses.
+        Asked in this order until one refuses. The last decides where the others let a vehicle go.
     everybody
         Ask every vehicle that waits in every answer instead of those that were woken. It is slow, gives the
         same grants, and judges the wake lists.
+    order
+        By default the vehicle with most pressure goes first.
 
     Examples
     --------
@@ -47,17 +50,22 @@ class Ledger:
     (['car'], 'b')
     """
 
-    def __init__(self, rules: list[Rule], *, everybody: bool = False, step_s: float = 1.0) -> None:
+    def __init__(
+        self,
+        rules: list[Rule],
+        *,
+        everybody: bool = False,
+        step_s: float = 1.0,
+        order: Order | None = None,
+    ) -> None:
         self.rules: Final = rules
+        self.order: Final = order or Pressure().order
         self.everybody: Final = everybody
         self.step_s: Final = step_s
         self.vehicles: dict[str, Vehicle] = {}
         self.waiting: dict[Vehicle, None] = {}
         """The vehicles that ask, oldest request first."""
         self.keeping: Final = Keeping(self.waiting)
-        self.order: Callable[[list[Vehicle], float], list[Vehicle]] | None = None
-        """A negotiation's order at a time [s]; by default the one with most pressure goes first."""
-        self.wait_s = WAIT_S
         self.on_grant: Callable[[Vehicle], None] = lambda _: None
         self.now_s = 0.0
         self.looked_at = self.decisions = 0
@@ -68,9 +76,13 @@ class Ledger:
         """How often a front was past the end of the last granted leg: should be never."""
         self.refusals: dict[str, int] = {}
         """How often each reason was given."""
-        self._grants = self._turn = self._made = 0
-        self._woken: list[tuple[float, int, Vehicle]] = []
-        self._looking: list[Vehicle] = []
+        self.made = 0
+        """How many numbers vehicles have had."""
+        self._grants = self._requests = 0
+        self._answering = False
+        self._woken: list[Vehicle] = []
+        self._later: list[Vehicle] = []
+        """Woken in an answer for the next one."""
         self._near: list[Vehicle] = []
         self._alarms: list[tuple[float, int, Vehicle]] = []
         self._shut: list[Place] = []
@@ -84,8 +96,11 @@ class Ledger:
         make: Make = POINT,
         lap_m: float = 0.0,
         beyond: int = 0,
+        number: int | None = None,
     ) -> Vehicle:
         """Put a new vehicle last in line in a place of its path; it may hold so many `beyond` its slots.
+
+        `number`: one that no vehicle has had; by default the next.
 
         `loopgate.control.chain.closes_by_entering` says before whether it closes a circle there. Raises
         `ValueError` if the name is taken or no slot is free there.
@@ -97,8 +112,8 @@ class Ledger:
         if len(place.bodies) >= place.slots + beyond:
             msg = f"vehicle {name} does not fit into place {place.name}: its {place.slots} slots are taken"
             raise ValueError(msg)
-        vehicle = Vehicle(self._made, name, path[position], make, lap_m)
-        self._made += 1
+        vehicle = Vehicle(self.made if number is None else number, name, path[position], make, lap_m)
+        self.made = max(self.made, vehicle.number + 1)
         self.vehicles[name] = vehicle
         self._go_in(vehicle, vehicle.laps_m + vehicle.leg.begin_m)
         return vehicle
@@ -128,24 +143,32 @@ class Ledger:
             vehicle.asks = True
             vehicle.since_s = self.now_s
             vehicle.reason = ""
+            vehicle.answered = False
+            self._requests += 1
+            vehicle.request = self._requests
             self.waiting[vehicle] = None
             self.wake(vehicle)
 
     def wake(self, vehicle: Vehicle) -> None:
-        """Look at a vehicle in the next answer, or in this one if it is under way."""
+        """Look at a vehicle in the next answer, or in the one under way if it was never answered."""
         if vehicle.asks and not vehicle.woken and vehicle.leg.place.line[0] is vehicle:
             vehicle.woken = True
-            heappush(self._woken, (self._rank(vehicle), vehicle.number, vehicle))
+            (self._later if self._answering and vehicle.answered else self._woken).append(vehicle)
 
     def passed(self, vehicle: Vehicle) -> None:
         """Record that the front of a vehicle has come to where it has something to do, or beyond."""
         front_m = vehicle.front_m
         self.trespasses += vehicle.begins_to_trespass()
+        gave_back = front_m >= vehicle.back_m
+        if gave_back:
+            while len(vehicle.bodies) > 1 and front_m >= vehicle.bodies[0].out_m:
+                self._take_out(vehicle.bodies.pop(0))
         while vehicle.trips and front_m >= vehicle.trips[0].clear_m:
             trip = vehicle.trips.pop(0)
             trip.over.movement.junction.trips.remove(trip)
-        while len(vehicle.bodies) > 1 and front_m >= vehicle.bodies[0].out_m:
-            self._take_out(vehicle.bodies.pop(0))
+            gave_back = True
+        if gave_back:
+            vehicle.back_m = vehicle.gives_back_m()
         if vehicle.watchers:
             self._wake_watchers(vehicle, front_m)
         self._aim(vehicle)
@@ -161,49 +184,57 @@ class Ledger:
     def answer(self, now_s: float | None = None) -> list[Vehicle]:
         """Answer all requests; return the vehicles that were let go, in that order.
 
-        The vehicle with most pressure behind it, as it was before the first grant of this turn, is asked
-        about first. A refused vehicle is looked at again after each grant that may have lifted its refusal;
-        one that was refused for something that no grant lifts, once in each turn.
+        Each is answered once: the vehicles that wait in one go, then the vehicles that ask since others were
+        let go. What a grant changes for a vehicle that was refused counts in the next answer.
 
         `now_s`: the time [s]; by default it is a second later than in the answer before.
         """
         self.now_s = self.now_s + 1.0 if now_s is None else now_s
-        self._turn += 1
-        woken, self._woken = self._woken, []
-        looking, self._looking = self._looking, []
-        for _, _, vehicle in woken:
-            vehicle.woken = False
-            self.wake(vehicle)
-        for vehicle in looking:
-            self.wake(vehicle)
         while self._alarms and self._alarms[0][0] < self.now_s:
             self.wake(heappop(self._alarms)[2])
         self._look_near()
         self.keeping.look(self.now_s)
-        if self.everybody:
-            self._wake_everybody()
         gone: list[Vehicle] = []
-        while self._woken:
-            for vehicle in self._next():
-                if vehicle.asks and vehicle.leg.place.line[0] is vehicle and self._settle(vehicle):
-                    gone.append(vehicle)
-                    if self.everybody:
-                        self._wake_everybody()
+        due, self._answering = self._due(), True
+        while due:
+            gone += self._decide(due)
+            due = self._due()
+        self._answering = False
+        self._woken, self._later = self._later, []
         self._opening += self._shut
         self._shut.clear()
         return gone
 
-    def _next(self) -> list[Vehicle]:
-        """Return whom to ask about next: the one with most pressure, or all in the order of a negotiation."""
-        woken, one = self._woken, self.order is None
-        found = [heappop(woken)[2] for _ in range(1 if one else len(woken))]
-        for vehicle in found:
+    def _due(self) -> list[Vehicle]:
+        """Return the vehicles to be answered now, oldest request first."""
+        woken, self._woken = self._woken, []
+        for vehicle in woken:
             vehicle.woken = False
-        return found if self.order is None else self.order(found, self.now_s)
+        if self.everybody:
+            woken = [one for one in self.waiting if not (self._answering and one.answered)]
+        due = [one for one in woken if one.asks and one.leg.place.line[0] is one]
+        due.sort(key=_request)
+        return due
 
-    def _wake_everybody(self) -> None:
-        for vehicle in self.vehicles.values():
-            self.wake(vehicle)
+    def _decide(self, due: list[Vehicle]) -> list[Vehicle]:
+        """Let vehicles go on in order, or note why not; return those that were let go."""
+        ready: list[Vehicle] = []
+        for vehicle in due:
+            vehicle.answered = True
+            self.looked_at += 1
+            refusal = self._refusal(vehicle)
+            if refusal is None:
+                ready.append(vehicle)
+            else:
+                self._refuse(vehicle, refusal)
+        going = self.order(ready, self.now_s) if ready else ready
+        if len(going) < len(ready):
+            goes = set(going)
+            for vehicle in ready:
+                if vehicle not in goes:
+                    self._refuse(vehicle, Refusal("reserve"))
+        grants = self._grants
+        return [one for one in going if self._settle(one, again=self._grants > grants)]
 
     def _wake_watchers(self, vehicle: Vehicle, front_m: float) -> None:
         watchers, vehicle.watchers = vehicle.watchers, []
@@ -216,6 +247,7 @@ class Ledger:
     def _look_near(self) -> None:
         """Let vehicles ask that must brake soon; keep those that must not yet."""
         still: list[Vehicle] = []
+        self._near.sort(key=_number)
         for vehicle in self._near:
             if vehicle.near and not vehicle.asks and not vehicle.steered:
                 if vehicle.must_ask(self.step_s):
@@ -267,15 +299,19 @@ class Ledger:
 
     def take_slot(self, body: Body, at: int) -> None:
         """Let a body hold a slot of its place, behind so many others."""
-        body.place.changes(self._turn)
         body.place.bodies.insert(at, body)
         body.vehicle.bodies.append(body)
+        if body.place.is_full():
+            for other in body.place.bodies:
+                if other is not body and other is not other.vehicle.bodies[-1]:
+                    other.vehicle.back_m = other.vehicle.gives_back_m()
+                    self._aim(other.vehicle)  # its slot is wanted as soon as its rear is out
 
     def _must_ask(self, vehicle: Vehicle) -> None:
         first = vehicle.leg.place.line[0]
         if first is vehicle:
             self.ask(vehicle)
-        elif not vehicle.held and not (first.held and first.speed == 0.0 and not first.beside):
+        elif not (vehicle.held or first.halted):
             # The first asks, and so does it, too late to stop at the line.
             self.log.append((BRAKES, vehicle, vehicle.leg.place, ""))
 
@@ -291,35 +327,30 @@ class Ledger:
                 self._near.append(vehicle)
         if vehicle.trips:
             due_m = min(due_m, vehicle.trips[0].clear_m)
-        if len(vehicle.bodies) > 1:
-            due_m = min(due_m, vehicle.bodies[0].out_m)
+        due_m = min(due_m, vehicle.back_m)
         for watched_m, _ in vehicle.watchers:
             due_m = min(due_m, watched_m)
         vehicle.due_m = due_m
 
-    def _rank(self, vehicle: Vehicle) -> float:
-        """Return the less the sooner it is asked about in this turn; grants of the turn do not change it."""
-        leg = vehicle.leg
-        before = 0 if leg.after is None else leg.after.place.held(self._turn)
-        here = leg.place.held(self._turn) + leg.place.outside
-        return before - here - (self.now_s - vehicle.since_s) / self.wait_s
-
-    def _settle(self, vehicle: Vehicle) -> bool:
-        """Let a vehicle go on, or note why not and what wakes it."""
-        self.looked_at += 1
-        for rule in self.rules:
-            refusal = rule(vehicle, self.now_s)
+    def _refusal(self, vehicle: Vehicle) -> Refusal | None:
+        """Return what the first of all rules but the last says that refuses a vehicle, if one does."""
+        for number in range(len(self.rules) - 1):
+            refusal = self.rules[number](vehicle, self.now_s)
             if refusal is not None:
-                self.decisions += rule is self.rules[-1]
-                if vehicle.reason != refusal.reason:
-                    vehicle.reason = refusal.reason
-                    vehicle.refused_s.setdefault(refusal.reason, self.now_s)
-                    wanted = vehicle.wanted() or vehicle.leg.place
-                    self.log.append((REFUSED, vehicle, wanted, refusal.reason))
-                    self.refusals[refusal.reason] = self.refusals.get(refusal.reason, 0) + 1
-                self._sleep(vehicle, refusal)
-                return False
-        self.decisions += 1
+                return refusal
+        return None
+
+    def _settle(self, vehicle: Vehicle, *, again: bool = True) -> bool:
+        """Let a vehicle go on, or note why not. `again`: whether others were let go since all were asked."""
+        refusal = self._refusal(vehicle) if again else None
+        if refusal is None:
+            self.decisions += 1
+            refusal = self.rules[-1](vehicle, self.now_s)
+            if refusal is not None:
+                vehicle.blocked_s = self.now_s
+        if refusal is not None:
+            self._refuse(vehicle, refusal)
+            return False
         self.withdraw(vehicle)
         vehicle.reason = ""
         vehicle.refused_s.clear()
@@ -327,10 +358,16 @@ class Ledger:
         self._go_on(vehicle)
         return True
 
-    def _sleep(self, vehicle: Vehicle, refusal: Refusal) -> None:
-        """See to it that whatever may lift a refusal wakes the vehicle."""
+    def _refuse(self, vehicle: Vehicle, refusal: Refusal) -> None:
+        """Note why a vehicle may not go on, and see to it that whatever may lift that wakes it."""
+        if vehicle.reason != refusal.reason:
+            vehicle.reason = refusal.reason
+            vehicle.refused_s.setdefault(refusal.reason, self.now_s)
+            wanted = vehicle.wanted() or vehicle.leg.place
+            self.log.append((REFUSED, vehicle, wanted, refusal.reason))
+            self.refusals[refusal.reason] = self.refusals.get(refusal.reason, 0) + 1
         if refusal.each_step:
-            self._looking.append(vehicle)
+            self.wake(vehicle)
         for place in refusal.until:
             if vehicle not in place.waiting:
                 place.waiting.append(vehicle)
@@ -353,6 +390,8 @@ class Ledger:
         self.log.append((GRANTED, vehicle, after.place, ""))
         self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
+        if not vehicle.trips:
+            vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
             trip = Trip(body, before, over, self._grants, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
@@ -392,7 +431,6 @@ class Ledger:
         self._give_back(body)
 
     def _give_back(self, body: Body) -> None:
-        body.place.changes(self._turn)
         body.place.bodies.remove(body)
         self._wake_waiting(body.place)
 
@@ -400,3 +438,11 @@ class Ledger:
         waiting, place.waiting = place.waiting, []
         for other in waiting:
             self.wake(other)
+
+
+def _request(vehicle: Vehicle) -> int:
+    return vehicle.request
+
+
+def _number(vehicle: Vehicle) -> int:
+    return vehicle.number

@@ -99,7 +99,7 @@ def has_slot_for(vehicle: Vehicle) -> bool:
     """Return whether a vehicle that has stepped aside may have a slot again: the chain rule's answer."""
     place = vehicle.leg.place
     free = place.slots - len(place.bodies)
-    if free <= 0 or place.shut or place.served or (free == 1 and place.kept_for is not None):
+    if free <= 0 or place.shut or place.mover is not None or (free == 1 and place.kept_for is not None):
         return False
     return not closes_by_returning(place, _in_order([*place.line, vehicle])[0])
 

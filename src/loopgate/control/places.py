@@ -22,15 +22,13 @@ class Place:
     `slots`: how many vehicles fit. `line`: the vehicles whose last grant it is, first in line first.
     `bodies`: those that hold a slot, from their grant until their rear is out, in that order. `waiting`:
     vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
-    `held_before`: how many bodies there were before the first change in the turn `changed` of the ledger.
-    `kept_for`: whose the last slot is; `served`: whether that vehicle must move next; `barred`: whether
-    no other vehicle may come in at all. `shut`: whether nobody comes in for now. `outside`: how many
-    wait to depart there, or in places before it up to the junction.
+    `kept_for`: whose the last slot is. `mover`: whose it is before that, since its move lets a served vehicle
+    go on; `barred`: whether no other vehicle may come in at all. `shut`: whether nobody comes in for now.
+    `outside`: how many wait to depart there, or in places before it up to the junction.
     """
 
     __slots__ = (
-        "barred", "bodies", "changed", "held_before", "kept_for", "line", "name", "outside", "served",
-        "shut", "slots", "waiting",
+        "barred", "bodies", "kept_for", "line", "mover", "name", "outside", "shut", "slots", "waiting",
     )  # fmt: skip
 
     def __init__(self, name: str, slots: int) -> None:
@@ -40,24 +38,13 @@ class Place:
         self.bodies: list[Body] = []
         self.waiting: list[Vehicle] = []
         self.kept_for: Vehicle | None = None
-        self.served = self.barred = self.shut = False
-        self.changed = -1
-        self.held_before = 0
+        self.mover: Vehicle | None = None
+        self.barred = self.shut = False
         self.outside = 0
 
     def is_full(self) -> bool:
         """Return whether no slot is free."""
         return len(self.bodies) >= self.slots
-
-    def changes(self, turn: int) -> None:
-        """Note how many slots are held before that changes in a turn."""
-        if self.changed != turn:
-            self.changed = turn
-            self.held_before = len(self.bodies)
-
-    def held(self, turn: int) -> int:
-        """Return how many slots were held before the first grant of a turn."""
-        return self.held_before if self.changed == turn else len(self.bodies)
 
 
 class Movement:
@@ -242,10 +229,13 @@ class Vehicle:
 
     `number`: no other vehicle ever has it. `row`: where it is in the lists of its driver.
     `asks`: whether it waits for an answer. `reason`: why it was refused last, or "". `since_s`: when it
-    asked. `held`: whether it is to stop at its line. `near`: whether it is looked at in each step until it
-    asks. `woken`: whether it is to be looked at in the next answer. `front_m`, `speed`: where its front is
+    asked; `request`: the how manieth request that is. `held`: whether it is to stop at its line; `halted`:
+    whether it stands there. `near`: whether it is looked at in each step until it asks. `woken`: whether it
+    is to be looked at; `answered`: whether its request was looked at. `mover`: whether its move lets a served
+    vehicle go on. `front_m`, `speed`: where its front is
     on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
-    holds, in the order of its way. `watchers`: who is looked at again once its front is so far. `due_m`:
+    holds, in the order of its way. `back_m`: where its front is when it gives the first of these back.
+    `watchers`: who is looked at again once its front is so far. `due_m`:
     where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
     when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
     where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
@@ -255,9 +245,10 @@ class Vehicle:
     """
 
     __slots__ = (
-        "asks", "astray", "beside", "blocked_s", "bodies", "due_m", "front_m", "granted", "held", "lap_m",
-        "laps_m", "leg", "line_m", "longest_s", "make", "name", "near", "number", "parks", "reason",
-        "refused_s", "row", "since_s", "speed", "steered", "stop_m", "trips", "watchers", "withheld", "woken",
+        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "due_m", "front_m",
+        "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "make", "mover", "name",
+        "near", "number", "parks", "reason", "refused_s", "request", "row", "since_s", "speed", "steered",
+        "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -275,9 +266,10 @@ class Vehicle:
         self.bodies: list[Body] = []
         self.trips: list[Trip] = []
         self.watchers: list[tuple[float, Vehicle]] = []
-        self.due_m = inf
-        self.asks = False
-        self.held = False
+        self.due_m = self.back_m = inf
+        self.asks = self.answered = self.mover = False
+        self.request = 0
+        self.held = self.halted = False
         self.woken = False
         self.near = False
         self.steered = False
@@ -350,6 +342,19 @@ class Vehicle:
         """Return the earliest point at which it may have to ask [m], with steps of a second at most."""
         top = self.make.top
         return self.line_m - top - braking_m(top, self.make.decel, 1.0) - MARGIN_M
+
+    def gives_back_m(self) -> float:
+        """Return where its front is when it gives its first slot back [m]; infinite if it holds one only.
+
+        It does so once its rear is out of a full place, and else over the crossing behind: nobody waits for
+        a slot while there are others.
+        """
+        if len(self.bodies) > 1:
+            first = self.bodies[0]
+            if first.place.is_full():
+                return first.out_m
+            return max(first.out_m, self.bodies[1].begin_m + self.make.length_m)
+        return inf
 
     def must_ask(self, step_s: float) -> bool:
         """Return whether the next step could take it past the point where it must brake."""

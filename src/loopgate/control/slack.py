@@ -95,7 +95,7 @@ class Slack:
         if leg.stretch is None or leg.stretch.is_away:
             return []  # a vehicle that arrives leaves room
         entered = leg.place
-        moves_first = entered.served and entered.kept_for is vehicle
+        moves_first = vehicle.mover
         circle: dict[Place, None] = {}
         holes, length_m, crowded = 0.0, vehicle.make.length_m, False
         place: Place | None = entered

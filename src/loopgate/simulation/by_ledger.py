@@ -156,7 +156,7 @@ def make_driving(
         sight=roads.sight if roads else None,
         stops=assembly.stops,
         has_room=roads.has_room if roads else lambda _: True,
-        reserve=deciding.reserve,
+        pressing=deciding.pressing,
         spacing=spacing,
     )
     deciding.know(driving.places)

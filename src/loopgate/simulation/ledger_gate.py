@@ -8,11 +8,12 @@ from math import inf
 from time import perf_counter
 from typing import Final
 
-from loopgate.control.ledger import Ledger
+from loopgate.control.ledger import Ledger, Order
 from loopgate.control.places import Place, Vehicle
+from loopgate.control.pressure import Pressure as Pressing
 from loopgate.control.refusal import Refusal, Rule
-from loopgate.control.rules import Reserve, chain, usual
-from loopgate.gates import Decision, Gate, Reason
+from loopgate.control.rules import chain, usual
+from loopgate.gates import Decision, Gate
 from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.following import following
@@ -26,12 +27,6 @@ __all__ = ["AskedGate", "Deciding", "Negotiated", "by_chain"]
 
 _REASK_S: Final = 1.0 - 1e-6
 """A gate is asked again about a refusal at most this often [s]."""
-
-_ELSEWHERE: Final = frozenset(
-    {Reason.OCCUPIED, Reason.CROSSING, Reason.RED, Reason.TRAFFIC, Reason.RESERVE, Reason.SERVICE}
-    | {Reason.SPACING, Reason.STOP}
-)
-"""Refusals that are not the gate's: other rules give them."""
 
 
 class AskedGate:
@@ -102,11 +97,6 @@ class AskedGate:
             self._configuration = self._system.moved(self._configuration, robot)
             self._asked.moved(self._configuration, robot)
 
-    @staticmethod
-    def refuses(vehicle: Vehicle) -> bool:
-        """Return whether the gate refused a vehicle when it was looked at last."""
-        return vehicle.asks and vehicle.reason not in _ELSEWHERE and vehicle.reason != ""
-
     def blockers(self, vehicle: Vehicle) -> list[str]:
         """Return the vehicles of which the gate says that some must move on first."""
         self.look()
@@ -117,21 +107,12 @@ class AskedGate:
 
 
 class Negotiated:
-    """A negotiation that says in which order vehicles are asked about, and which of them wait.
+    """A negotiation as the order of a ledger."""
 
-    Parameters
-    ----------
-    before
-        The rules that refuse vehicles before the negotiation hears of them.
-    """
-
-    def __init__(self, system: System | None, negotiation: Negotiation, before: Sequence[Rule]) -> None:
-        self._negotiation, self._before = careful_order(negotiation), before
+    def __init__(self, system: System | None, negotiation: Negotiation) -> None:
+        self._negotiation = careful_order(negotiation)
         self.places: Mapping[str, Place] = {}
         """All places, by name; those of vehicles that have asked are known."""
-        self._waits: set[Vehicle] = set()
-        """Those left out at `_at_s`: until the next step."""
-        self._at_s = -inf
         if system is not None:
             self.go_by(system)
 
@@ -160,30 +141,17 @@ class Negotiated:
         return self._known[state] if state in self._known else self.places[self._names[state]]
 
     def order(self, vehicles: list[Vehicle], now_s: float) -> list[Vehicle]:
-        """Return vehicles in the order in which they are to be asked about.
-
-        Those that a rule refuses come first. Those that must move next come before all others.
-        """
-        if now_s != self._at_s:
-            self._waits, self._at_s = set(), now_s
-        refused, movers, ready = list[Vehicle](), list[Vehicle](), dict[Request, Vehicle]()
+        """Return vehicles in the order in which they go; those that must move next come before all others."""
+        movers = [vehicle for vehicle in vehicles if vehicle.mover]
+        ready: dict[Request, Vehicle] = {}
         for vehicle in vehicles:
             wanted = vehicle.wanted()
-            stays = vehicle in self._waits or not vehicle.asks
-            if stays or wanted is None or any(rule(vehicle, now_s) for rule in self._before):
-                refused.append(vehicle)
-            elif wanted.served and wanted.kept_for is vehicle:
-                movers.append(vehicle)
-            else:
+            if wanted is None:
+                movers.append(vehicle)  # it leaves the road
+            elif not vehicle.mover:
                 ready[self._request(vehicle, wanted)] = vehicle
         going = list(self._negotiation.order(list(ready), self, now_s)) if ready else []
-        waiting = [vehicle for request, vehicle in ready.items() if request not in going]
-        self._waits.update(waiting)
-        return [*refused, *waiting, *movers, *(ready[request] for request in going)]
-
-    def lets(self, vehicle: Vehicle, _now_s: float) -> Refusal | None:
-        """Refuse a vehicle that the negotiation has left out."""
-        return Refusal(str(Reason.RESERVE)) if vehicle in self._waits else None
+        return [*movers, *(ready[request] for request in going)]
 
     def _request(self, vehicle: Vehicle, wanted: Place) -> Request:
         robot = self._robot.setdefault(vehicle.name, len(self._robot))
@@ -215,7 +183,7 @@ class Deciding:
     ----------
     asked
         The gate, if it is or may become another than the chain rule.
-    reserve
+    pressing
         How much room is left in crowded places, if that follows from who drives round.
     """
 
@@ -223,26 +191,25 @@ class Deciding:
         self, system: System | None, gate: Gate | None, negotiation: Negotiation, serve_after_s: float
     ) -> None:
         self.asked = None if gate is not None and by_chain(gate) else AskedGate()
-        self.reserve: Reserve | None = None
+        self.pressing: Pressing | None = None
         self._made = (system, gate) if system is not None and gate is not None else None
         self._negotiation, self._serve_after_s = negotiation, serve_after_s or inf
         self._negotiated: Negotiated | None = None
 
     def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
         """Return an empty ledger that decides so, after the rules about what comes from outside."""
-        negotiation, last = self._negotiation, list[Rule]([chain])
+        negotiation = self._negotiation
+        order: Order
         if type(negotiation) is Pressure:
             crowded, patience_s, wait_s = negotiation.figures
-            reserve = Reserve(crowded if negotiation.given else inf, patience_s)
-            self.reserve = None if negotiation.given else reserve
-            ledger = Ledger(usual(reserve, outside, last), everybody=everybody, step_s=step_s)
-            ledger.wait_s = wait_s
+            pressing = Pressing(crowded if negotiation.given else inf, patience_s, wait_s)
+            self.pressing = None if negotiation.given else pressing
+            order = pressing.order
         else:
-            self._negotiated = negotiated = Negotiated(None, negotiation, usual(None, outside, []))
-            rules = usual(None, [*outside, negotiated.lets], last)
-            ledger = Ledger(rules, everybody=everybody, step_s=step_s)
-            ledger.order = negotiated.order
-        self._ledger, self._closes = ledger, ledger.keeping.is_refused
+            self._negotiated = Negotiated(None, negotiation)
+            order = self._negotiated.order
+        self._ledger = ledger = Ledger(usual(outside), everybody=everybody, step_s=step_s, order=order)
+        ledger.keeping.outside = outside
         if self._made is not None:
             self.go_by(*self._made)
         return ledger
@@ -253,13 +220,9 @@ class Deciding:
         everyone = chained and getattr(gate, "promise", "") == "everyone"
         ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
         if asked is None or chained:
-            ledger.rules[-1], ledger.keeping.is_refused, ledger.on_grant = chain, self._closes, _tell_nobody
+            ledger.rules[-1], ledger.on_grant = chain, _tell_nobody
         else:
-            ledger.rules[-1], ledger.keeping.is_refused, ledger.on_grant = (
-                asked.allows,
-                asked.refuses,
-                asked.moved,
-            )
+            ledger.rules[-1], ledger.on_grant = asked.allows, asked.moved
             asked.go_by(system, gate)
         if asked is not None:
             asked.decides = not chained

@@ -11,7 +11,6 @@ import pytest
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, Vehicle, path_of
 from loopgate.control.refusal import Refusal
-from loopgate.control.rules import usual
 from loopgate.errors import PluginError
 from loopgate.gates import Decision, Reason, make_gate
 from loopgate.gates.base import refusal
@@ -105,8 +104,7 @@ def test_the_chain_rule_alone_is_asked_by_the_ledger_itself() -> None:
     for promise, serve_after_s in (("everyone", 60.0), ("somebody", inf)):
         deciding = Deciding(system, make_gate(f"certified:promise={promise}", system), orders, 60.0)
         ledger = deciding.ledger([], step_s=1.0)
-        assert (deciding.asked, deciding.reserve) == (None, None)
-        assert ledger.wait_s == 9.0
+        assert (deciding.asked, deciding.pressing) == (None, None)
         assert ledger.keeping.serve_after_s == serve_after_s
 
 
@@ -144,14 +142,12 @@ def test_a_negotiation_orders_those_that_no_rule_refuses_and_those_left_out_ask_
 
 
 def test_one_that_must_move_next_goes_whatever_a_negotiation_says() -> None:
-    system = ring(3, [0, 2])
-    negotiated = Negotiated(system, Last(), usual(None, [], []))
+    system = ring(3, [0, 2, 3])
+    negotiated = Negotiated(system, Last())
     ledger = Ledger([])
-    first, second = stand(ledger, system)
-    assert second.leg.after is not None
-    second.leg.after.place.served, second.leg.after.place.kept_for = True, second
-    assert negotiated.order([first, second], 0.0) == [second, first]
-    assert [negotiated.lets(one, 0.0) for one in (first, second)] == [None, None]
+    first, second, third = stand(ledger, system)
+    second.mover = True
+    assert negotiated.order([first, second, third], 0.0) == [second, third]
 
 
 class Broken(Last):

@@ -72,7 +72,7 @@ class Fleet:
             ledger,
             sight=roads.sight,
             has_room=roads.has_room,
-            reserve=deciding.reserve,
+            pressing=deciding.pressing,
         )
         self._driving.is_courteous = False
         self._ledger = ledger
