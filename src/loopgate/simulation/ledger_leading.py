@@ -37,7 +37,7 @@ def way_of(track: Track, *, foreseen: bool = True) -> Way:
     )
 
 
-class LedLedgerVehicle:
+class LedVehicle:
     """A vehicle of the ledger that may be led another way, and may be its owner's."""
 
     def __init__(self, driving: Driving, vehicle: Vehicle, track: Track) -> None:
@@ -163,7 +163,7 @@ class LedgerLeading:
         self._tracks = {track.vehicle: track for track in tracks}
         self._laid = {id(track.legs) for track in tracks}
         driving.lay([way_of(track) for track in tracks])
-        self._known: dict[str, LedLedgerVehicle] = {}
+        self._known: dict[str, LedVehicle] = {}
         self._seen = -1
         self._withheld: AbstractSet[str] = frozenset()
 
@@ -182,14 +182,14 @@ class LedgerLeading:
         return self._driving.changes
 
     @property
-    def driver_of(self) -> Mapping[str, LedLedgerVehicle]:
+    def driver_of(self) -> Mapping[str, LedVehicle]:
         """The vehicles."""
         if self._seen != self._driving.changes:
             self._seen, known = self._driving.changes, self._known
             self._known = {
                 name: known[name]
                 if name in known and known[name].vehicle is vehicle
-                else LedLedgerVehicle(self._driving, vehicle, self._tracks[name])
+                else LedVehicle(self._driving, vehicle, self._tracks[name])
                 for name, vehicle in self._ledger.vehicles.items()
             }
         return self._known
@@ -203,7 +203,7 @@ class LedgerLeading:
         """Return whether a way is laid, so that vehicles can be led by it."""
         return id(track.legs) in self._laid
 
-    def line(self, place: str) -> Sequence[LedLedgerVehicle]:
+    def line(self, place: str) -> Sequence[LedVehicle]:
         """Return the vehicles whose last grant is a place, first in line first."""
         known = self.driver_of
         return [known[vehicle.name] for vehicle in self._driving.places[place].line]

@@ -23,10 +23,11 @@ from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.ledger_gate import Deciding
 from loopgate.simulation.ledger_joining import start_with
-from loopgate.simulation.ledger_leading import LedgerLeading, LedLedgerVehicle, way_of
+from loopgate.simulation.ledger_leading import LedgerLeading, LedVehicle, way_of
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 
@@ -82,13 +83,13 @@ class Fleet:
         """How often vehicles joined or left."""
         self.on_leaving: Callable[[Account], None] = lambda _: None
         """Called with the account of each vehicle that leaves."""
-        self._plan: Sequence[Itinerary] = ()
+        self._itineraries: Sequence[Itinerary] = ()
 
     def __contains__(self, vehicle: object) -> bool:
         return vehicle in self._ledger.vehicles
 
     @property
-    def vehicles(self) -> Mapping[str, LedLedgerVehicle]:
+    def vehicles(self) -> Mapping[str, LedVehicle]:
         """The vehicles, by name."""
         return self.leads.driver_of
 
@@ -100,15 +101,13 @@ class Fleet:
 
     def report(self) -> dict[str, Any]:
         """Return the figures of lights and ordinary traffic."""
-        lights = ObeyedLights(self._lamps, self._signals, self._plan, self._driving.lights)
+        lights = ObeyedLights(self._lamps, self._signals, self._itineraries, self._driving.lights)
         return {**lights.report(), **self._roads.report()}
 
-    def drive_by(
-        self, itineraries: Sequence[Itinerary], ways: Sequence[Track], room: Mapping[str, int]
-    ) -> None:
-        """Replace the itineraries and tracks of all vehicles, present and later; `room` is by place."""
-        self._plan = itineraries
-        legs = {track.loop: track.legs for track in ways}
+    def drive_by(self, plan: Plan) -> None:
+        """Let all vehicles, present and later, drive by a plan."""
+        self._itineraries, room = plan.itineraries, plan.room
+        legs = {track.loop: track.legs for track in plan.tracks}
         if self._ledger.vehicles:
             self._driving.lay_more(room, legs)
         else:

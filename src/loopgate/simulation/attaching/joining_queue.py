@@ -200,7 +200,7 @@ class JoiningQueue:
         if not goes_on:
             self._rejoin(list(self.fleet.vehicles), "another plan")
         self._next, self._spare, self.plan = None, (None, math.inf), plan
-        self.fleet.drive_by(plan.itineraries, plan.tracks, plan.room)
+        self.fleet.drive_by(plan)
         return True
 
     def _try(self, newcomers: Sequence[Newcomer]) -> bool:

@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 from loopgate.network import RoadNetwork
-from loopgate.simulation.ledger_leading import LedLedgerVehicle
+from loopgate.simulation.ledger_leading import LedVehicle
 from loopgate.traffic.base import Traffic
 
 MOVED_M = 3.0
@@ -39,13 +39,13 @@ class Moves:
                 self._inside[lane].append((*way, before_m * share, share))
                 before_m += network.lanes[lane].length_m
 
-    def find(self, drivers: Iterable[LedLedgerVehicle]) -> list[str]:
+    def find(self, drivers: Iterable[LedVehicle]) -> list[str]:
         """Return the vehicles that were moved since the last call."""
         now = self._traffic.now_s
         elapsed_s, self._seen_s = now - self._seen_s, now
         return [driver.id for driver in drivers if self._is_moved(driver, elapsed_s)]
 
-    def _is_moved(self, driver: LedLedgerVehicle, elapsed_s: float) -> bool:
+    def _is_moved(self, driver: LedVehicle, elapsed_s: float) -> bool:
         lane, at_m = self._traffic.lane(driver.id)
         front_m = self._traffic.odometer(driver.id) + driver.offset_m
         driven_m = front_m - driver.front_m
@@ -62,7 +62,7 @@ class Moves:
             return True
         return abs(driver.track.near(edge, at_m, front_m) - front_m) > MOVED_M
 
-    def _has_come_into(self, driver: LedLedgerVehicle, lane: str, at_m: float, front_m: float) -> bool:
+    def _has_come_into(self, driver: LedVehicle, lane: str, at_m: float, front_m: float) -> bool:
         """Return whether a vehicle that is inside a junction is as far across it as it has driven."""
         edges, lap_m = driver.track.edges, driver.track.lap_m
         ways = self._inside.get(lane, ())
@@ -79,6 +79,6 @@ class Moves:
         return False
 
 
-def _reach_m(driver: LedLedgerVehicle, accel_mps2: float, elapsed_s: float) -> float:
+def _reach_m(driver: LedVehicle, accel_mps2: float, elapsed_s: float) -> float:
     """Return how far a vehicle can have driven, as fast as it was before [m]."""
     return (driver.speed_mps + accel_mps2 * elapsed_s) * elapsed_s + _ROUNDING_M
