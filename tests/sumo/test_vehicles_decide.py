@@ -5,17 +5,21 @@ from __future__ import annotations
 import dataclasses
 import inspect
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, TypeVar
 
 import pytest
 
-from loopgate.drive.by_messages.controllers import ControllersHere
-from loopgate.drive.by_messages.decisions import DecisionsByMessages
-from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
-from loopgate.drive.gatekeeper import Gatekeeper
+from loopgate.control.keeping import Keeping
+from loopgate.control.ledger import Ledger
 from loopgate.errors import ScenarioError
-from loopgate.simulation.fleet import fleet
+from loopgate.simulation import by_ledger
+from loopgate.simulation.by_messages import answering
+from loopgate.simulation.by_messages.controllers import ControllersHere
+from loopgate.simulation.by_messages.decisions import DecisionsByMessages
+from loopgate.simulation.by_messages.on_segments import DecisionsOnSegments
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.vehicles import keeper as keepers
@@ -55,7 +59,7 @@ def _kept(monkeypatch: pytest.MonkeyPatch, kind: Callable[..., _Made]) -> list[_
         made.append(kind(*given))
         return made[-1]
 
-    monkeypatch.setattr(fleet, kind.__name__, make)
+    monkeypatch.setattr(answering, kind.__name__, make)
     return made
 
 
@@ -116,7 +120,7 @@ def test_a_vehicle_decides_from_what_it_knows(decides: Any) -> None:  # noqa: AN
 def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """No negotiation is asked; two whose ways cross never have leases at a time; somebody has to wait."""
+    """Nobody who sees all is asked; two whose ways cross never have leases at a time; somebody waits."""
     seen: list[bool] = []
     held: list[bool] = []
     right = keepers.receive
@@ -129,15 +133,30 @@ def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
         return keeper, post, out
 
     def asked(*given: Any) -> None:  # noqa: ANN401  whatever is asked
-        pytest.fail(f"the negotiation was asked: {given}")
+        pytest.fail(f"one who sees all was asked: {given}")
 
     monkeypatch.setattr(keepers, "receive", looked_at)
-    monkeypatch.setattr(Gatekeeper, "_in_order", asked)
+    monkeypatch.setattr(by_ledger, "Deciding", asked)
+    monkeypatch.setattr(Keeping, "look", asked)
     summary = simulate(dataclasses.replace(CROWD, vehicles=300, duration_s=40.0))
     assert (summary["outcome"], summary["clean"]) == ("done", True)
     assert any(held)
     assert len(seen) > 500
     assert not any(seen)
+
+
+@pytest.mark.parametrize("decide", ["vehicles", "vehicles:loss=0.2,delay=0.3"])
+def test_vehicles_that_look_only_when_woken_do_as_if_all_looked_in_each_step(
+    decide: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody sleeps who could ask; on a full grid too."""
+    some = dataclasses.replace(CROWD, vehicles=500, duration_s=60.0, decide=decide)
+    woken = simulate(some)
+    monkeypatch.setattr(by_ledger, "Ledger", partial(Ledger, everybody=True))
+    asked = simulate(some)
+    assert woken["by_messages"]["moves"] > 300
+    assert woken["by_messages"] == asked["by_messages"]
+    assert woken["distance_km"] == asked["distance_km"]
 
 
 def test_the_same_seed_gives_the_same_messages() -> None:
@@ -159,6 +178,16 @@ def test_a_range_that_does_not_reach_over_a_crossing_is_refused() -> None:
         simulate(dataclasses.replace(CROWD, decide="vehicles:range=10"))
 
 
+@pytest.mark.parametrize("beside", ["departures", "stops", "others"])
+def test_vehicles_that_come_later_or_stop_are_refused(beside: str) -> None:
+    """In one line that says what works."""
+    assembly: Any = SimpleNamespace(departures=(), stops={}, others=())
+    by_ledger.check(CROWD, assembly)
+    setattr(assembly, beside, ("one",))
+    with pytest.raises(ScenarioError, match="decide: vehicles works with loops without stops"):
+        by_ledger.check(CROWD, assembly)
+
+
 def test_processes_decide_as_vehicles_in_one_process_do() -> None:
     """Over the wire nothing changes; a process that is killed comes back, and nobody collides."""
     few = dataclasses.replace(CROWD, vehicles=4, duration_s=40.0, decide="vehicles:delay=0.2")
@@ -166,7 +195,7 @@ def test_processes_decide_as_vehicles_in_one_process_do() -> None:
     apart = simulate(dataclasses.replace(few, decide="processes:delay=0.2"))
     assert apart["by_messages"]["processes"] == 4
     assert here["by_messages"].items() <= apart["by_messages"].items()
-    harm = "processes:delay=0.2,kill=2,kill_at=10,again=5,cut_at=20,cut=5"
+    harm = "processes:delay=0.2,kill=2,kill_at=10,again=5,cut_at=20,cut=15"
     harmed = simulate(dataclasses.replace(few, decide=harm))
     assert (harmed["outcome"], harmed["clean"], harmed["by_messages"]["unsafe"]) == ("done", True, 0)
     assert harmed["by_messages"]["started_again"] == 2

@@ -78,7 +78,11 @@ class Ledger:
         """How often each reason was given."""
         self.made = 0
         """How many numbers vehicles have had."""
-        self._grants = self._requests = 0
+        self.grants = self._requests = 0
+        self.look: Callable[[float], None] = self.keeping.look
+        """Called with the time [s] before requests are answered."""
+        self.decide: Callable[[list[Vehicle]], list[Vehicle]] = self._decide
+        """Lets vehicles go on, or stay, that no rule but the last refuses; returns those let go."""
         self._answering = False
         self._woken: list[Vehicle] = []
         self._later: list[Vehicle] = []
@@ -193,11 +197,11 @@ class Ledger:
         while self._alarms and self._alarms[0][0] < self.now_s:
             self.wake(heappop(self._alarms)[2])
         self._look_near()
-        self.keeping.look(self.now_s)
+        self.look(self.now_s)
         gone: list[Vehicle] = []
         due, self._answering = self._due(), True
         while due:
-            gone += self._decide(due)
+            gone += self.decide(self._ready(due))
             due = self._due()
         self._answering = False
         self._woken, self._later = self._later, []
@@ -216,25 +220,29 @@ class Ledger:
         due.sort(key=_request)
         return due
 
-    def _decide(self, due: list[Vehicle]) -> list[Vehicle]:
-        """Let vehicles go on in order, or note why not; return those that were let go."""
+    def _ready(self, due: list[Vehicle]) -> list[Vehicle]:
+        """Return the vehicles that no rule but the last refuses; note why the others may not go on."""
         ready: list[Vehicle] = []
         for vehicle in due:
             vehicle.answered = True
             self.looked_at += 1
-            refusal = self._refusal(vehicle)
+            refusal = self.refusal_of(vehicle)
             if refusal is None:
                 ready.append(vehicle)
             else:
-                self._refuse(vehicle, refusal)
+                self.refuse(vehicle, refusal)
+        return ready
+
+    def _decide(self, ready: list[Vehicle]) -> list[Vehicle]:
+        """Let vehicles go on in order, or note why not; return those that were let go."""
         going = self.order(ready, self.now_s) if ready else ready
         if len(going) < len(ready):
             goes = set(going)
             for vehicle in ready:
                 if vehicle not in goes:
-                    self._refuse(vehicle, Refusal("reserve"))
-        grants = self._grants
-        return [one for one in going if self._settle(one, again=self._grants > grants)]
+                    self.refuse(vehicle, Refusal("reserve"))
+        grants = self.grants
+        return [one for one in going if self._settle(one, again=self.grants > grants)]
 
     def _wake_watchers(self, vehicle: Vehicle, front_m: float) -> None:
         watchers, vehicle.watchers = vehicle.watchers, []
@@ -332,7 +340,7 @@ class Ledger:
             due_m = min(due_m, watched_m)
         vehicle.due_m = due_m
 
-    def _refusal(self, vehicle: Vehicle) -> Refusal | None:
+    def refusal_of(self, vehicle: Vehicle) -> Refusal | None:
         """Return what the first of all rules but the last says that refuses a vehicle, if one does."""
         for number in range(len(self.rules) - 1):
             refusal = self.rules[number](vehicle, self.now_s)
@@ -342,24 +350,28 @@ class Ledger:
 
     def _settle(self, vehicle: Vehicle, *, again: bool = True) -> bool:
         """Let a vehicle go on, or note why not. `again`: whether others were let go since all were asked."""
-        refusal = self._refusal(vehicle) if again else None
+        refusal = self.refusal_of(vehicle) if again else None
         if refusal is None:
             self.decisions += 1
             refusal = self.rules[-1](vehicle, self.now_s)
             if refusal is not None:
                 vehicle.blocked_s = self.now_s
         if refusal is not None:
-            self._refuse(vehicle, refusal)
+            self.refuse(vehicle, refusal)
             return False
+        self.grant(vehicle)
+        return True
+
+    def grant(self, vehicle: Vehicle) -> None:
+        """Let a vehicle that asks go on."""
         self.withdraw(vehicle)
         vehicle.reason = ""
         vehicle.refused_s.clear()
         vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)
         self._go_on(vehicle)
-        return True
 
-    def _refuse(self, vehicle: Vehicle, refusal: Refusal) -> None:
-        """Note why a vehicle may not go on, and see to it that whatever may lift that wakes it."""
+    def refuse(self, vehicle: Vehicle, refusal: Refusal) -> None:
+        """Note why a vehicle that asks may not go on, and see to it that whatever may lift that wakes it."""
         if vehicle.reason != refusal.reason:
             vehicle.reason = refusal.reason
             vehicle.refused_s.setdefault(refusal.reason, self.now_s)
@@ -383,7 +395,7 @@ class Ledger:
             self.leave(vehicle)
             return
         self._go_out(vehicle)
-        self._grants += 1
+        self.grants += 1
         begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
@@ -393,7 +405,7 @@ class Ledger:
         if not vehicle.trips:
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
-            trip = Trip(body, before, over, self._grants, line_m, begins_m + vehicle.make.length_m)
+            trip = Trip(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
             vehicle.trips.append(trip)
         vehicle.near = False

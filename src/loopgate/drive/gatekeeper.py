@@ -12,8 +12,6 @@ import numpy as np
 
 from loopgate.drive import step as drive
 from loopgate.drive.blocking import blockers
-from loopgate.drive.by_messages.decisions import DecisionsByMessages
-from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
 from loopgate.drive.codes import (
     CROSSING,
     NOTHING,
@@ -44,7 +42,6 @@ from loopgate.results.histogram import Histogram
 __all__ = ["Gatekeeper"]
 
 _CHAIN = "chain"
-_POSTS = "posts"
 
 _OUTSIDE = frozenset(number_of(reason) for reason in (Reason.RED, Reason.TRAFFIC, Reason.STOP))
 """Refusals that something outside the system lifts."""
@@ -85,10 +82,6 @@ class Gatekeeper:
         """Whether anything has been granted since the requests were collected."""
         self._decision_us, self._counted = 0.0, 0
         """How long a compiled decision took when it was last timed [us], and how many have been counted."""
-        self.by_messages: DecisionsByMessages | DecisionsOnSegments | None = None
-        """Vehicles that decide the chain rule and slots among themselves; to be set before any are there."""
-        self._posted = False
-        self._all_of_step = True
         self.in_place = self._by_chain = False
         """Whether vehicles can come and go with no gate made anew, and whether the chain rule decides."""
         self._serve_after_s = math.inf
@@ -200,7 +193,7 @@ class Gatekeeper:
     @property
     def compiled(self) -> bool:
         """Whether all is decided in compiled code: by the chain rule and pressure."""
-        return self._by_chain and self._by_pressure and self.by_messages is None
+        return self._by_chain and self._by_pressure
 
     def held(self, state: int) -> int:
         """Return how many vehicles hold `state`."""
@@ -255,18 +248,16 @@ class Gatekeeper:
 
     @property
     def sent(self) -> int:
-        """How many messages vehicles sent one another, or the gate for them."""
-        return self.messages + (sum(self.by_messages.radio.sent.values()) if self.by_messages else 0)
+        """How many messages the gate sent for vehicles."""
+        return self.messages
 
     def report(self) -> Mapping[str, Any]:
-        """Return more figures for ``summary.json``: of messages, if vehicles decide."""
-        return {"by_messages": self.by_messages.report()} if self.by_messages else {}
+        """Return no more figures for ``summary.json``."""
+        return {}
 
     def answer(self) -> None:
         """Decide what is pending, and let vehicles go or stay, until nobody else may go; look at lights."""
         waiting = self._run["waiting"][0]
-        if self.by_messages is not None:
-            self._listen(self.by_messages)
         if self._look is not None:
             if waiting:
                 self._look()
@@ -327,15 +318,8 @@ class Gatekeeper:
         while self.timetable and self._step(drive.UNREAD):
             self.read_lights()
         ready = self._step(drive.COLLECT)
-        robots = self._in_order(ready, now_s) if self.by_messages is None else self._due(ready, now_s)
-        if self.by_messages is not None:
-            began = perf_counter_ns()
-            self.by_messages.decide(robots, now_s, all_of_step=self._all_of_step)
-            self._all_of_step = False
-            if robots:
-                took_us = (perf_counter_ns() - began) / 1000.0 / len(robots)
-                self._times[_POSTS].add(took_us, times=len(robots))
-        elif self._by_chain:
+        robots = self._in_order(ready, now_s)
+        if self._by_chain:
             if robots:
                 self._decide_by_chain(robots)
         else:
@@ -375,35 +359,6 @@ class Gatekeeper:
 
     def _request(self, robot: int) -> Request:
         return Request(robot, self._state(robot, 0), self._state(robot, 1), float(self._since_s[robot]))
-
-    def _listen(self, decisions: DecisionsByMessages | DecisionsOnSegments) -> None:
-        """Let vehicles and posts hear what has come since the last step."""
-        if not self._posted:
-            decisions.begin(self._tables)
-            self._posted = True
-        decisions.look(float(self._run["now_s"][0]))
-        self._all_of_step = True
-
-    def free_way(self, robot: int) -> bool:
-        """Return whether the crossing of a vehicle is still free; else it is told."""
-        return bool(self._step(drive.STILL_FREE, robot))
-
-    def answer_one(self, robot: int, reason: Reason) -> None:
-        """Let a vehicle go, if the reason is that it is free, or tell it why not."""
-        admitted = int(reason is Reason.FREE)
-        self._step(drive.SETTLE, robot, admitted, number_of(reason), self._code(_POSTS))
-        if admitted and not self._by_chain and self._following is not None:
-            self._following.moved_here(self._robots[robot])
-
-    def would_close(self, robot: int) -> bool:
-        """Return whether the gate refuses a vehicle, or no slot is free, as one sees who sees all."""
-        if not self._by_chain:
-            seen = self._following
-            return seen is not None and not seen.decide_here(self._robots[robot]).admitted
-        wanted = self.wanted(robot)
-        if self.room(wanted) <= 0:
-            return True
-        return self.free(wanted) <= 1 and bool(closes(self, self.here(robot), wanted))
 
     def _decide_by_chain(self, robots: list[int]) -> None:
         self._time(lambda: self._step(drive.DECIDE, robots=np.array(robots, dtype=np.int64)))

@@ -10,9 +10,11 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
+from loopgate.control.rules import usual
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.control.way import Way
 from loopgate.errors import ScenarioError
@@ -22,13 +24,14 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.by_messages.answering import ByMessages, let_vehicles_decide
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.drives import Made, Reports
 from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.ledger_departures import LedgerDepartures
 from loopgate.simulation.ledger_drive import LedgerDrive
-from loopgate.simulation.ledger_gate import AskedGate, Deciding
+from loopgate.simulation.ledger_gate import AskedGate, Deciding, by_chain
 from loopgate.simulation.ledger_joining import NEVER_FULL, JoinedGate
 from loopgate.simulation.ledger_leading import LedgerLeading, way_of
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
@@ -38,7 +41,7 @@ from loopgate.simulation.session import Session
 from loopgate.traffic.base import Traffic
 
 
-def check(scenario: Scenario) -> None:
+def check(scenario: Scenario, assembly: Assembly) -> None:
     """Refuse a scenario in which the ledger would leave something out.
 
     Raises
@@ -46,8 +49,11 @@ def check(scenario: Scenario) -> None:
     ScenarioError
         The text names what the ledger lacks.
     """
-    if scenario.by_messages is not None:
-        msg = f"engine: ledger works without decide {scenario.decide} so far; take tables"
+    beside = (assembly.departures, assembly.stops, assembly.others)
+    if scenario.by_messages is not None and any(beside):
+        msg = (
+            "decide: vehicles works with loops without stops, whose vehicles are all there from the beginning"
+        )
         raise ScenarioError(msg)
 
 
@@ -123,6 +129,7 @@ class Laid:
     around: Reports
     roads: LaidRoads | None
     asked: AskedGate | None
+    by_messages: ByMessages | None = None
 
 
 def make_driving(
@@ -147,8 +154,14 @@ def make_driving(
     outside: list[Rule] = [spacing.holds] if spacing else []
     outside += [light] if signals else []
     outside += [among(roads.sight, roads.slack)] if roads else []
-    deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
-    ledger = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody)
+    deciding, air, by_messages = None, scenario.by_messages, None
+    if air is not None:
+        ledger = Ledger(usual(outside), everybody=everybody, step_s=scenario.step_s)
+        asked = None if by_chain(gate) else AskedGate(abstraction.system, gate)
+        by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate, asked)
+    else:
+        deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
+        ledger, asked = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody), deciding.asked
     driving = Driving(
         traffic,
         Layout(slots_of(assembly), drawn, signals, roads.add if roads else None),
@@ -156,12 +169,14 @@ def make_driving(
         sight=roads.sight if roads else None,
         stops=assembly.stops,
         has_room=roads.has_room if roads else lambda _: True,
-        pressing=deciding.pressing,
+        pressing=deciding.pressing if deciding else None,
         spacing=spacing,
     )
-    deciding.know(driving.places)
+    if deciding is not None:
+        deciding.know(driving.places)
     lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
-    return Laid(driving, _Around(lights, *([roads] if roads else [])), roads, deciding.asked)
+    around = _Around(lights, *([roads] if roads else []))
+    return Laid(driving, around, roads, asked, by_messages)
 
 
 def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Way], bool] | None:
@@ -188,7 +203,7 @@ def open_ledger(
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None
-    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack, laid.asked)
+    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
         room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
@@ -225,4 +240,5 @@ def open_ledger(
         containment,
         tuple(looks),
         (),
+        laid.by_messages.close if laid.by_messages else lambda: None,
     )

@@ -5,7 +5,6 @@ from math import inf
 
 from loopgate.drive.changing import ChangingEngine
 from loopgate.drive.observed import ObservedEngine
-from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.model import System
 from loopgate.negotiation.base import Negotiation
@@ -34,8 +33,8 @@ def open_tables(
     traffic: SumoTraffic,
     recorder: Recorder,
     keeping: Keeping | None,
-) -> tuple[Session, Callable[[], None]]:
-    """Return a session in which the tables drive, and what ends what it began.
+) -> Session:
+    """Return a session in which the tables drive.
 
     Parameters
     ----------
@@ -67,10 +66,9 @@ def open_tables(
     )
     keeper = fleet.keeper if fleet else None
     notes = tuple(parking.notes(assembly.stops)) if parking else ()
-    session = Session(
+    return Session(
         traffic, engine, recorder, keeper, around, stops, departures, rerouting, containment, looks, notes
     )
-    return session, fleet.close if fleet else lambda: None
 
 
 def _fleet(
@@ -78,12 +76,6 @@ def _fleet(
 ) -> Fleet:
     """Return the fleet of a gated run, whose vehicles are to be taken over."""
     system, gate, orders = keeping
-    air = scenario.by_messages
-    if air is not None and (assembly.departures or assembly.stops or assembly.others):
-        msg = (
-            "decide: vehicles works with loops without stops, whose vehicles are all there from the beginning"
-        )
-        raise ScenarioError(msg)
     rules = Rules(
         scenario.gate,
         orders,
@@ -93,8 +85,6 @@ def _fleet(
         foresees=True,
         unforeseen=assembly.unforeseen,
         expects=bool(assembly.departures) or assembly.contains,
-        air=air,
-        seed=scenario.seed,
     )
     fleet = Fleet(assembly.network, traffic, recorder, rules)
     abstraction = assembly.abstraction

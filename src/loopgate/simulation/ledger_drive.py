@@ -20,6 +20,7 @@ from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.by_messages.answering import STAGE, ByMessages
 from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.traffic.base import Traffic
 
@@ -42,6 +43,8 @@ class LedgerDrive:
         Of ordinary traffic, if there is any.
     asked
         The gate, if it is another than the chain rule.
+    by_messages
+        Vehicles that decide by messages, if they do.
     """
 
     gate: Gate
@@ -56,9 +59,10 @@ class LedgerDrive:
         gate: Gate | None,
         slack: Slack | None = None,
         asked: AskedGate | None = None,
+        by_messages: ByMessages | None = None,
     ) -> None:
         self._traffic, self._recorder, self.driving, self._ways = traffic, recorder, driving, ways
-        self._slack, self._asked = slack, asked
+        self._slack, self._asked, self._by_messages = slack, asked, by_messages
         self._ledger = driving.ledger
         if gate is not None:
             self.gate = gate
@@ -72,18 +76,22 @@ class LedgerDrive:
         return self._asked.blockers if self._asked is not None and self._asked.decides else None
 
     def _time(self, decisions: int, took_s: float) -> None:
-        if decisions and self._by_gate is None:
+        if decisions and (self._by_messages or self._by_gate is None):
             self._times.add(took_s * 1e6 / decisions, times=decisions)
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
         """Times of the decisions [us]: each counts as the mean of its step."""
+        if self._by_messages:
+            return {STAGE: self._times}
         by_chain = {_CHAIN: self._times} if self._asked is None or self._times.count else {}
         return by_chain | (self._asked.times if self._asked else {})
 
     @property
     def sent(self) -> int:
         """How many messages between vehicles the decisions cost."""
+        if self._by_messages:
+            return self._by_messages.sent
         return self._asked.messages if self._asked else 0
 
     @property
@@ -92,8 +100,8 @@ class LedgerDrive:
         return self._ledger.refusals
 
     def report(self) -> Mapping[str, Any]:
-        """Return nothing more."""
-        return {}
+        """Return the figures of messages, if vehicles decide by them."""
+        return self._by_messages.report() if self._by_messages else {}
 
     @property
     def changes(self) -> int:

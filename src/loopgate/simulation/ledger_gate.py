@@ -97,6 +97,13 @@ class AskedGate:
             self._configuration = self._system.moved(self._configuration, robot)
             self._asked.moved(self._configuration, robot)
 
+    def would_admit(self, vehicle: Vehicle) -> bool:
+        """Return whether the gate admits a vehicle's next move now, for figures: it is not counted."""
+        robot = self._number[vehicle.name]
+        if self._following is not None:
+            return self._following.decide_here(robot).admitted
+        return self._asked.decide(self._configuration, robot).admitted
+
     def blockers(self, vehicle: Vehicle) -> list[str]:
         """Return the vehicles of which the gate says that some must move on first."""
         self.look()

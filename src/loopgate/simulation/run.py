@@ -261,11 +261,11 @@ def open_session(
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
-        if keeping is not None and scenario.engine == "ledger":
+        if keeping is not None and (scenario.engine == "ledger" or scenario.by_messages is not None):
             session = open_ledger(scenario, assembly, traffic, recorder, *keeping[1:])
         else:
-            session, close = open_tables(scenario, assembly, traffic, recorder, keeping)
-            stack.callback(close)
+            session = open_tables(scenario, assembly, traffic, recorder, keeping)
+        stack.callback(session.close)
         if backend == "gui":
             ways = {start.loop.id: start.loop for start in assembly.everybody}
             guard.append(Window(traffic, session.engine, ways.values()).look)
@@ -312,7 +312,6 @@ def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | 
         return None
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
-    if scenario.engine == "ledger":
-        check_ledger(scenario)
+    check_ledger(scenario, assembly)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return system, gate, orders

@@ -51,6 +51,8 @@ class Session:
         What is to be called after each step.
     notes
         What SUMO was not told of what a configuration says.
+    close
+        Ends what the run began beside the simulation.
     """
 
     traffic: Traffic
@@ -64,6 +66,7 @@ class Session:
     containment: Containment | None
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
+    close: Callable[[], None] = lambda: None
 
     @property
     def turns(self) -> Mapping[str, Sequence[TurnOff]]:

@@ -6,19 +6,14 @@ from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.track import Track
-from loopgate.drive.by_messages.bridge import Bridge
-from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
-from loopgate.drive.by_messages.decisions import DecisionsByMessages
-from loopgate.drive.by_messages.on_segments import DecisionsOnSegments
 from loopgate.drive.codes import NOTHING, TRAFFIC
 from loopgate.drive.driver import Driver
 from loopgate.drive.gatekeeper import Gatekeeper
 from loopgate.drive.ground import Ground
 from loopgate.drive.observed import ObservedEngine
 from loopgate.drive.timetable import Timetable
-from loopgate.errors import GateError, ScenarioError
+from loopgate.errors import GateError
 from loopgate.gates import Gate
-from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.gates.certified.chain import closes_by_entering
 from loopgate.model import StateId, System
 from loopgate.negotiation.base import Negotiation
@@ -28,11 +23,9 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.lights import signals_of
 from loopgate.simulation.around.surroundings import Surroundings
 from loopgate.simulation.drives import Record
-from loopgate.simulation.fleet.sides import far_side
 from loopgate.simulation.fleet.start import start_with
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
-from loopgate.vehicles.air import AirSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,8 +44,6 @@ class Rules:
         See `Engine`.
     expects
         Whether vehicles come later, on ways that are all known from the beginning on.
-    air, seed
-        How messages come by which vehicles decide, None if one program does; and what draws their fates.
     """
 
     gate: object
@@ -63,8 +54,6 @@ class Rules:
     foresees: bool = False
     unforeseen: Container[str] = ()
     expects: bool = False
-    air: AirSettings | None = None
-    seed: int = 0
 
 
 class Fleet:
@@ -88,7 +77,6 @@ class Fleet:
         self._traffic, self._recorder, self._rules = traffic, recorder, rules
         self._passing: Sequence[tuple[StateId, ...]] = ()
         """The states of each way that is driven once, by whoever comes."""
-        self._itineraries: Sequence[Itinerary] = ()
         self.room: Mapping[str, int] = {}
         """How many vehicles a state holds, by name."""
         self.slots = 0
@@ -173,7 +161,6 @@ class Fleet:
         self.slots = sum(most for state, most in room.items() if state not in away)
         once = {id(way.legs): way.legs for way in ways if not way.rounds}
         self._passing = [tuple(leg.state for leg in legs) for legs in once.values()]
-        self._itineraries = itineraries
         self.engine.lay(ways, room)
         self.around.plan(itineraries, ways)
 
@@ -181,32 +168,6 @@ class Fleet:
         """Begin with these vehicles, one per robot, which stand as the system says; or with none of them."""
         self.engine.stand(tracks)
         self.engine.go_by(system, gate, joined=self._rules.expects)
-        if self._rules.air is not None:
-            self._let_vehicles_decide(self._rules.air, system, gate)
-
-    def _let_vehicles_decide(self, air: AirSettings, system: System, gate: Gate) -> None:
-        """Let vehicles decide among themselves what the gate would decide.
-
-        Raises
-        ------
-        ScenarioError
-            If there is no such protocol for the gate.
-        """
-        seed, decisions = self._rules.seed, self.keeper.by_messages
-        if isinstance(gate, Algorithm2Gate):
-            decisions = DecisionsOnSegments(
-                air, seed, self.keeper, lambda place: not system.private[place], gate.lookahead
-            )
-        elif self.keeper.by_chain:
-            decisions = DecisionsByMessages(air, seed, self.keeper, _controllers(air, seed))
-        else:
-            msg = (
-                "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
-                "all places hold two; take central"
-            )
-            raise ScenarioError(msg)
-        decisions.radio.far_side = far_side(self._itineraries, self.keeper.number)
-        self.keeper.by_messages = decisions
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Take vehicles in together if places and gate allow it; return whether they do.
@@ -231,11 +192,6 @@ class Fleet:
         if made is not None:
             self.engine.go_by(*made, joined=self._rules.expects)
         return True
-
-    def close(self) -> None:
-        """End the controllers of vehicles, if these decide by messages."""
-        if self.keeper.by_messages is not None:
-            self.keeper.by_messages.controllers.close()
 
     def admits(self, track: Track) -> bool:
         """Return whether `take_in` would take a vehicle in, if it were there."""
@@ -305,8 +261,3 @@ class Fleet:
         comes_to_stay = self._rules.expects and any(track.rounds for track in joining)
         passing = self._passing if comes_to_stay else ()
         return start_with(self.engine, joining, self.room, self._rules.gate, passing)
-
-
-def _controllers(settings: AirSettings, seed: int) -> Controllers:
-    """Return controllers in processes of their own, or in this one."""
-    return Bridge(settings, seed) if settings.processes else ControllersHere()

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from random import Random
-from typing import Any
 
-from loopgate.drive.whereabouts import Whereabouts
+from loopgate.simulation.by_messages.motor import Motor
 from loopgate.vehicles.keeper import Way
 from loopgate.vehicles.post import Post
 
@@ -21,14 +20,12 @@ class Turns:
 
     Parameters
     ----------
-    where
-        The places of vehicles.
+    motor
+        Knows the place of each vehicle, and since when it wants on.
     posts
         By place.
     conflicts
         By place, pairs of ways over the crossing before it that no two may take at a time.
-    since_s
-        Since when each vehicle wants on [s].
     loss
         The share of transmissions that are not heard.
     lots
@@ -37,19 +34,18 @@ class Turns:
 
     def __init__(
         self,
-        where: Whereabouts,
+        motor: Motor,
         posts: Sequence[Post],
         conflicts: Mapping[int, frozenset[tuple[Way, Way]]],
-        since_s: Any,  # noqa: ANN401  a column of a table
         loss: float,
         lots: Random,
     ) -> None:
-        self._where, self._posts, self._conflicts = where, posts, conflicts
-        self._since_s, self._loss, self._lots = since_s, loss, lots
+        self._motor, self._posts, self._conflicts = motor, posts, conflicts
+        self._loss, self._lots = loss, lots
 
     def way(self, number: int) -> Way:
         """Return the way over its crossing that a vehicle wants."""
-        return self._where.place(number), self._where.wanted(number)
+        return self._motor.where.place(number), self._motor.where.wanted(number)
 
     def hears(self, way: Way, asked: Iterable[Way]) -> bool:
         """Return whether one who wants a way hears any of those ask for the same place, or in conflict."""
@@ -60,7 +56,7 @@ class Turns:
     def pressure(self, number: int, now_s: float) -> float:
         """Return how many are behind a vehicle more than ahead, as it heard, and how long it has waited."""
         here, ahead = (self._there(place) for place in self.way(number))
-        return here - ahead + (now_s - float(self._since_s[number])) / _WAIT_S
+        return here - ahead + (now_s - self._motor.since_s(number)) / _WAIT_S
 
     def shares(self, number: int) -> tuple[float, float]:
         """Return the shares of slots taken in the place that a vehicle wants, and in its own."""

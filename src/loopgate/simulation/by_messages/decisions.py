@@ -11,24 +11,19 @@ steps.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from random import Random
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-
-from loopgate.drive.by_messages.controllers import Controllers
-from loopgate.drive.by_messages.crossings import crossings
-from loopgate.drive.by_messages.events import Again, Mind, Patience
-from loopgate.drive.by_messages.motor import Motor
-from loopgate.drive.by_messages.radio import Radio
-from loopgate.drive.by_messages.turns import Turns
-from loopgate.drive.codes import number_of
-from loopgate.drive.tables import Tables
-from loopgate.drive.whereabouts import Whereabouts
 from loopgate.errors import ScenarioError
 from loopgate.gates import Reason
+from loopgate.simulation.by_messages.controllers import Controllers
+from loopgate.simulation.by_messages.crossings import crossings
+from loopgate.simulation.by_messages.events import Again, Mind, Patience
+from loopgate.simulation.by_messages.motor import Motor
+from loopgate.simulation.by_messages.radio import Radio
+from loopgate.simulation.by_messages.turns import Turns
 from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles.air import AirSettings
 from loopgate.vehicles.keeper import PATIENCE_S, Keeper, Way
@@ -87,13 +82,22 @@ class DecisionsByMessages:
     seed
         Draws what is lost, and how long messages take.
     motor
-        What vehicles do.
+        What vehicles do and sense.
     controllers
         Those aboard.
+    room
+        How many vehicles each place holds, by name.
     """
 
-    def __init__(self, settings: AirSettings, seed: int, motor: Motor, controllers: Controllers) -> None:
-        self.settings = settings
+    def __init__(
+        self,
+        settings: AirSettings,
+        seed: int,
+        motor: Motor,
+        controllers: Controllers,
+        room: Mapping[str, int],
+    ) -> None:
+        self.settings, self._room = settings, room
         self.radio: Radio[_Timed] = Radio(settings, seed)
         self.controllers = controllers
         self._air = self.radio.air
@@ -112,8 +116,6 @@ class DecisionsByMessages:
         self._ready: dict[int, None] = {}
         self._open: dict[int, Way] = {}
         """Who has asked in this step and has no answer, and the way that it wants."""
-        self._used = False
-        """Whether a grant has been used in this step."""
         self._said_s: dict[int, float] = {}
         """When each said last that it waits [s]."""
         self._asked_s: dict[int, float] = {}
@@ -126,41 +128,35 @@ class DecisionsByMessages:
         self._again_s = 3.0 * settings.delay_s  # no answer takes longer, but for that to a probe
         self._probe_s = 2.0 + 40.0 * settings.delay_s
 
-    def begin(self, tables: Tables) -> None:
-        """Begin as vehicles stand in the tables, each whole in one place."""
-        v, states = cast("Any", tables.vehicles), cast("Any", tables.states)
-        self._v, self._run, self._entries = v, cast("Any", tables.run), cast("Any", tables.entries)
-        self._pending, self._reasons, self._decided = v["pending"], v["reason"], v["decided"]
-        self._since_s, self._tail = v["since_s"], v["tail"]
-        self._tails = self._tail.copy()
-        self.where = where = Whereabouts(tables)
+    def begin(self) -> None:
+        """Begin as vehicles stand, each whole in one place."""
+        motor = self._motor
+        self.where = where = motor.where
         self.radio.over(where)
-        for number in range(len(where.ways)):
-            if where.place(number) == where.wanted(number):
-                msg = "decide vehicles: a loop has one place twice in a row; take central"
-                raise ScenarioError(msg)
-        widest_m = max(where.over_m.values(), default=0.0)
-        longest_m = float((v["length_m"] + v["top"] * self._run["step_s"][0]).max(initial=0.0))
-        if self.settings.range_m < max(widest_m, longest_m):
-            least_m = max(widest_m, longest_m)
+        everybody = range(len(motor.vehicles))
+        if any(where.place(number) == where.wanted(number) for number in everybody):
+            msg = "decide vehicles: a loop has one place twice in a row; take central"
+            raise ScenarioError(msg)
+        makes = [vehicle.make for vehicle in motor.vehicles]
+        longest_m = max(make.length_m + make.top * motor.step_s for make in makes)
+        least_m = max(longest_m, *where.over_m.values())
+        if self.settings.range_m < least_m:
             msg = (
                 f"decide vehicles: range is {self.settings.range_m:g} m; expected at least {least_m:.1f} m, "
                 "or those on both sides of a crossing do not hear each other"
             )
             raise ScenarioError(msg)
-        rooms = states["room"].tolist()
+        rooms = [self._room[place.name] for place in where.places]
         self.posts = [
-            Post(s, max(2, rooms[s]), tuple(Entry(n, 0, where.wanted(n)) for n in self._motor.line(s)))
-            for s in range(len(rooms))
+            Post(s, max(2, room), tuple(Entry(n, 0, where.wanted(n)) for n in motor.line(s)))
+            for s, room in enumerate(rooms)
         ]
-        self._run["alone"], self._run["serve_after_s"] = True, inf
         lease_s = _LEASE_S + _LEASE_DELAYS * self.settings.delay_s
-        self.keepers, self._keeper = crossings(tables, lease_s)
+        self.keepers, self._keeper = crossings(where.paths.values(), where.number, lease_s)
         conflicts = {place: self.keepers[keeper].conflicts for place, keeper in self._keeper.items()}
-        self.turns = Turns(where, self.posts, conflicts, self._since_s, self.settings.loss, self._lots)
-        everybody = range(len(where.ways))
-        self._moved_s = dict.fromkeys(everybody, float(self._run["now_s"][0]))
-        crowded = max(0.0, 1.0 - len(where.ways) / sum(rooms))
+        self.turns = Turns(motor, self.posts, conflicts, self.settings.loss, self._lots)
+        self._moved_s = dict.fromkeys(everybody, motor.now_s)
+        crowded = max(0.0, 1.0 - len(motor.vehicles) / sum(rooms))
         self.controllers.begin([where.stand(n) for n in everybody], crowded)
 
     def look(self, now_s: float) -> None:
@@ -169,41 +165,42 @@ class DecisionsByMessages:
         while (event := self._air.next(now_s)) is not None:
             self._comes(*event)
         self._clock_s = max(self._clock_s, now_s)
-        for number in np.flatnonzero(self._tail != self._tails).tolist():
-            for _ in range(int(self._tail[number] - self._tails[number])):
-                self._rear_out(number)
-            self._tails[number] = self._tail[number]
+        for number in self._motor.rears_out():
+            self._rear_out(number)
         for number, answer in self.controllers.look(now_s, self.where.stand):
             self._say_as(number, answer.say)
-        for number in self._entries["waiting"][: int(self._run["waiting"][0])].tolist():
-            reason = self._reasons[number]
-            if reason == number_of(Reason.OCCUPIED) and self._may_ask(number):
+        for number in self._motor.asking():
+            reason = self._motor.reason(number)
+            if reason == Reason.OCCUPIED and self._may_ask(number):
                 self._ask(number)  # its place is full as it sees it; so the answer is no
-            elif reason == number_of(Reason.CROSSING) and self._says_that_it_waits(number):
+            elif reason == Reason.CROSSING and self._says_that_it_waits(number):
                 self._said_s[number] = self._clock_s
                 self._ask(number, free=False)
-        self._run["version"] += 1  # what is refused for a late answer is looked at again
+        self._motor.look_again(list(self._held))
 
-    def decide(self, robots: Sequence[int], now_s: float, *, all_of_step: bool) -> None:
-        """Let those ask whose crossings are free, in this order, and wait for answers for half a step."""
-        self._ready = dict.fromkeys(robots)
-        if all_of_step:
+    def decide(self, ready: Sequence[int], now_s: float, *, first: bool) -> None:
+        """Let vehicles that are ready ask, and wait for answers for half a step.
+
+        `first`: whether these are the first of the step. Whoever holds a grant uses it then.
+        """
+        self._ready = dict.fromkeys(ready)
+        if first:
             held, self._held = self._held, {}
             for number in held:
                 self._use(number)
-        self._open, self._used = {}, False
-        line = [number for number in robots if self._pending[number] and self._may_ask(number)]
+        self._open = {}
+        line = [number for number in ready if self._motor.asks(number) and self._may_ask(number)]
         line = self._ask_apart(
             sorted(line, key=lambda number: (-self.turns.pressure(number, self._clock_s), number))
         )
-        until_s = now_s + float(self._run["step_s"][0]) / 2.0
+        until_s = now_s + self._motor.step_s / 2.0
         while self._open and (event := self._air.next(until_s)) is not None:
             before = len(self._open)
             self._comes(*event)
             if line and len(self._open) < before:
                 line = self._ask_apart(line)
-        for number in robots:
-            if self._pending[number] and self._ready.get(number, 0) is None:
+        for number in ready:
+            if self._motor.asks(number) and number in self._ready:
                 self._refuse(number, Reason.ANSWER)
         self._ready, self._open = {}, {}
 
@@ -217,7 +214,7 @@ class DecisionsByMessages:
             way = self.turns.way(number)
             if self.turns.hears(way, self._open.values()):
                 later.append(number)
-            elif self._used and not self._motor.free_way(number):
+            elif not self._motor.free_way(number):
                 self._ready.pop(number, None)  # it has been told
             elif self._ask(number):
                 self._open[number] = way
@@ -235,13 +232,13 @@ class DecisionsByMessages:
         return self._full.get(self.where.wanted(number), {}).get(number, -1.0)
 
     def _says_that_it_waits(self, number: int) -> bool:
-        waited = self._clock_s - float(self._since_s[number]) >= PATIENCE_S
+        waited = self._clock_s - self._motor.since_s(number) >= PATIENCE_S
         due = self._clock_s - self._said_s.get(number, -inf) >= _SAYS_AGAIN_S
         return waited and due and number not in self._held
 
     def _ask(self, number: int, *, free: bool = True) -> bool:
         """Let a controller ask, or say that it waits; return whether it does."""
-        stamp = float(self._since_s[number]), number
+        stamp = self._motor.since_s(number), number
         said = self.controllers.at_line(
             number, stamp, self._clock_s, self.turns.shares(number), free=free
         ).say
@@ -273,7 +270,7 @@ class DecisionsByMessages:
 
     def _ask_again(self, number: int) -> None:
         """Let a vehicle without an answer ask again, if it still sees its crossing free."""
-        if self._used and not self._motor.free_way(number):
+        if not self._motor.free_way(number):
             self._open.pop(number)
             self._ready.pop(number, None)
         else:
@@ -329,38 +326,37 @@ class DecisionsByMessages:
         why = refusal.why
         self._answered(number)
         self.refused[why.value] += 1
-        if why is not Why.CROSSING and self._pending[number] and not self._motor.would_close(number):
+        if why is not Why.CROSSING and self._motor.asks(number) and not self._motor.would_close(number):
             self.otherwise[why.value] += 1
         if why is Why.FULL:
             self._full.setdefault(refusal.place, {})[number] = self._clock_s + _ROOM_PATIENCE_S
-        if number in self._ready and self._pending[number]:
+        if number in self._ready and self._motor.asks(number):
             self._refuse(number, _WHY[why])
 
     def _refuse(self, number: int, reason: Reason) -> None:
-        self._motor.answer_one(number, reason)
-        passing = reason in (Reason.ANSWER, Reason.CROSSING)  # it may be asked about again in each step
-        self._decided[number] = not passing
+        self._motor.refuse(number, reason)
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
         """Tell who holds a grant whether its crossing is free; it goes, or gives the grant back."""
-        ready = number in self._ready and bool(self._pending[number])
+        ready = number in self._ready and self._motor.asks(number)
         self._ready.pop(number, None)
         free = ready and self._motor.free_way(number)
         answer = self.controllers.crossing(number, self._clock_s, free=free)
         if answer.goes:
             self._go(number)
+        elif free:
+            self._motor.refuse(number, Reason.ANSWER)
         self.given_back += answer.gives_back
         self.late += answer.gives_back and free
         self._say_as(number, answer.say)
 
     def _go(self, number: int) -> None:
         self.unsafe += self._motor.would_close(number)
-        self._motor.answer_one(number, Reason.FREE)
+        self._motor.go(number)
         self.moves += 1
         self._moved_s[number] = self._clock_s
         self._said_s.pop(number, None)
-        self._used = True
 
     def _rear_out(self, number: int) -> None:
         self._say_as(number, self.controllers.rear_out(number).say)

@@ -7,20 +7,16 @@ bridge between them and the road.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Container, Sequence
 from itertools import pairwise
 from random import Random
 from typing import Any, NamedTuple, cast
 
-import numpy as np
-
-from loopgate.drive.by_messages.controllers import Controllers, ControllersHere
-from loopgate.drive.by_messages.motor import Motor
-from loopgate.drive.by_messages.radio import Radio
-from loopgate.drive.tables import Tables
-from loopgate.drive.whereabouts import Whereabouts
 from loopgate.errors import ScenarioError
 from loopgate.gates import Reason
+from loopgate.simulation.by_messages.controllers import Controllers, ControllersHere
+from loopgate.simulation.by_messages.motor import Motor
+from loopgate.simulation.by_messages.radio import Radio
 from loopgate.vehicles import survey as monitors
 from loopgate.vehicles import surveyor as cars
 from loopgate.vehicles.air import AirSettings
@@ -68,20 +64,20 @@ class DecisionsOnSegments:
     seed
         Draws what is lost, how long messages take, and when vehicles ask again.
     motor
-        What vehicles do.
-    shares
-        Whether several vehicles visit a segment, by its number.
+        What vehicles do and sense.
+    shared
+        The segments to which several vehicles come, by name.
     lookahead
         Of the gate.
     """
 
     def __init__(
-        self, settings: AirSettings, seed: int, motor: Motor, shares: Callable[[int], bool], lookahead: int
+        self, settings: AirSettings, seed: int, motor: Motor, shared: Container[str], lookahead: int
     ) -> None:
         self.settings = settings
         self.radio: Radio[_Event] = Radio(settings, seed)
         self.controllers: Controllers = ControllersHere()
-        self._air, self._motor, self._shares, self._lookahead = self.radio.air, motor, shares, lookahead
+        self._air, self._motor, self._shared, self._lookahead = self.radio.air, motor, shared, lookahead
         self._lots = Random(f"patience {seed}")
         self.monitors: dict[int, Monitor] = {}
         """Of shared segments, by number."""
@@ -99,32 +95,26 @@ class DecisionsOnSegments:
         self._lease_s = _LEASE_S + _LEASE_DELAYS * settings.delay_s
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
 
-    def begin(self, tables: Tables) -> None:
-        """Begin as vehicles stand in the tables, each whole in one segment."""
-        v = cast("Any", tables.vehicles)
-        self._run = cast("Any", tables.run)
-        self._pending, self._decided, self._since_s, self._tail = (
-            v[name] for name in ("pending", "decided", "since_s", "tail")
-        )
-        self._tails = self._tail.copy()
-        self.where = where = Whereabouts(tables)
+    def begin(self) -> None:
+        """Begin as vehicles stand, each whole in one segment."""
+        motor = self._motor
+        self.where = where = motor.where
         self.radio.over(where)
+        shared = [place.name in self._shared for place in where.places]
         self.monitors = {
-            place: Monitor(place, self._lease_s)
-            for way in where.ways
-            for place in way.places
-            if self._shares(place)
+            place: Monitor(place, self._lease_s) for place, others in enumerate(shared) if others
         }
-        for number in range(len(where.ways)):
+        everybody = range(len(motor.vehicles))
+        for number in everybody:
             loop, at, _ = where.stand(number)
             if len(loop) > 1 and where.place(number) == where.wanted(number):
                 msg = "decide vehicles: a loop has one segment twice in a row; take central"
                 raise ScenarioError(msg)
-            stand = Stand(number, 0, loop, tuple(map(self._shares, loop)), at)
-            self.cars.append(Surveyor(stand, len(where.ways), self._lookahead, self._lease_s))
+            stand = Stand(number, 0, loop, tuple(shared[place] for place in loop), at)
+            self.cars.append(Surveyor(stand, len(everybody), self._lookahead, self._lease_s))
             if stand.shared[at]:
                 self.monitors[loop[at]] = Monitor(loop[at], self._lease_s, stand)
-        self._moved_s = dict.fromkeys(range(len(where.ways)), float(self._run["now_s"][0]))
+        self._moved_s = dict.fromkeys(everybody, motor.now_s)
 
     def look(self, now_s: float) -> None:
         """Let come what came since the last step, and let vehicles sense that their rears are out."""
@@ -132,27 +122,28 @@ class DecisionsOnSegments:
         while (event := self._air.next(now_s)) is not None:
             self._comes(event[0], cast("_Event", event[1]))
         self._clock_s = max(self._clock_s, now_s)
-        for number in np.flatnonzero(self._tail != self._tails).tolist():
-            for _ in range(int(self._tail[number] - self._tails[number])):
-                self._now(number, cars.rear_out(self.cars[number]))
-            self._tails[number] = self._tail[number]
-        self._run["version"] += 1  # what is refused for a late answer is looked at again
+        for number in self._motor.rears_out():
+            self._now(number, cars.rear_out(self.cars[number]))
+        self._motor.look_again(list(self._held))
 
-    def decide(self, robots: Sequence[int], now_s: float, *, all_of_step: bool) -> None:
-        """Let those ask whose ways are free, the oldest first, and wait for answers for half a step."""
-        self._ready = dict.fromkeys(robots)
-        if all_of_step:
+    def decide(self, ready: Sequence[int], now_s: float, *, first: bool) -> None:
+        """Let vehicles that are ready ask, the oldest first, and wait for answers for half a step.
+
+        `first`: whether these are the first of the step. Whoever has decided to go does so then.
+        """
+        self._ready = dict.fromkeys(ready)
+        if first:
             held, self._held = self._held, {}
             for number in held:
                 self._use(number)
-        for number in sorted(self._ready, key=lambda number: (float(self._since_s[number]), number)):
-            if self._pending[number] and self._may_ask(number):
+        for number in sorted(self._ready, key=lambda number: (self._motor.since_s(number), number)):
+            if self._motor.asks(number) and self._may_ask(number):
                 self._ask(number)
-        until_s = now_s + float(self._run["step_s"][0]) / 2.0
+        until_s = now_s + self._motor.step_s / 2.0
         while self._waits() and (event := self._air.next(until_s)) is not None:
             self._comes(event[0], cast("_Event", event[1]))
-        for number in robots:
-            if self._pending[number] and self._ready.get(number, 0) is None:
+        for number in ready:
+            if self._motor.asks(number) and number in self._ready:
                 self._refuse(number, Reason.ANSWER)
         self._ready = {}
 
@@ -191,18 +182,17 @@ class DecisionsOnSegments:
 
     def _count_refusal(self, number: int, why: str) -> None:
         self.refused[why] += 1
-        if self._pending[number] and not self._motor.would_close(number):
+        if self._motor.asks(number) and not self._motor.would_close(number):
             self.otherwise[why] += 1
 
     def _give_up(self, number: int, reason: Reason) -> None:
         self._now(number, cars.give_up(self.cars[number]))
         self._later_s[number] = self._clock_s + self._lots.uniform(0.0, _LATER_S)
-        if number in self._ready and self._pending[number]:
+        if number in self._ready and self._motor.asks(number):
             self._refuse(number, reason)
 
     def _refuse(self, number: int, reason: Reason) -> None:
-        self._motor.answer_one(number, reason)
-        self._decided[number] = reason is not Reason.ANSWER
+        self._motor.refuse(number, reason)
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
@@ -214,10 +204,10 @@ class DecisionsOnSegments:
             self.given_back += 1
             self.late += 1
             self._give_up(number, Reason.ANSWER)
-        elif number in self._ready and self._pending[number] and self._motor.free_way(number):
+        elif number in self._ready and self._motor.asks(number) and self._motor.free_way(number):
             self._ready.pop(number)
             self.unsafe += self._motor.would_close(number)
-            self._motor.answer_one(number, Reason.FREE)
+            self._motor.go(number)
             self.moves += 1
             self._moved_s[number] = self._clock_s
             self._now(number, cars.go(self.cars[number]))

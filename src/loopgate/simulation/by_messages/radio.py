@@ -8,7 +8,7 @@ from itertools import pairwise
 from random import Random
 from typing import Any, Generic, TypeVar, cast
 
-from loopgate.drive.whereabouts import Whereabouts
+from loopgate.simulation.by_messages.whereabouts import Whereabouts
 from loopgate.vehicles.air import Air, AirSettings
 from loopgate.vehicles.messages import (
     Changed,

@@ -12,12 +12,12 @@ __all__ = ["far_side"]
 
 
 def far_side(itineraries: Iterable[Itinerary], number: Callable[[str], int | None]) -> frozenset[int]:
-    """Return the states in the eastern half of the network, which has as many states as the western half.
+    """Return the places in the eastern half of the network, which has as many places as the western half.
 
     Parameters
     ----------
     number
-        Function that returns the number of a state by its name, or None for a state that no vehicle visits.
+        Function that returns the number of a place by its name, or None for a place that no vehicle visits.
     """
     middles_m: dict[int, float] = {}
     for loop, legs in {id(one.loop): (one.loop, one.legs) for one in itineraries}.values():

@@ -15,8 +15,8 @@ from random import Random
 from time import monotonic
 from typing import Any
 
-from loopgate.drive.by_messages.controllers import Stand
 from loopgate.errors import LoopgateError
+from loopgate.simulation.by_messages.controllers import Stand
 from loopgate.vehicles.air import AirSettings
 from loopgate.vehicles.controller import Answer
 from loopgate.vehicles.messages import Stamp, ToVehicle

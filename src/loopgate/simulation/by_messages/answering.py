@@ -1,0 +1,148 @@
+"""The requests in a ledger, answered by the vehicles among themselves instead of by rules alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+from loopgate.abstraction.itinerary import Abstraction, Itinerary
+from loopgate.control.chain import closes
+from loopgate.control.ledger import Ledger
+from loopgate.control.places import Vehicle
+from loopgate.errors import ScenarioError
+from loopgate.gates import Gate
+from loopgate.gates.algorithm2 import Algorithm2Gate
+from loopgate.simulation.by_messages.bridge import Bridge
+from loopgate.simulation.by_messages.controllers import Controllers, ControllersHere
+from loopgate.simulation.by_messages.decisions import DecisionsByMessages
+from loopgate.simulation.by_messages.motor import Motor
+from loopgate.simulation.by_messages.on_segments import DecisionsOnSegments
+from loopgate.simulation.by_messages.sides import far_side
+from loopgate.simulation.ledger_gate import AskedGate
+from loopgate.vehicles.air import AirSettings
+
+__all__ = ["STAGE", "ByMessages", "let_vehicles_decide"]
+
+STAGE: Final = "posts"
+"""The stage that decides, in events and figures."""
+
+
+class ByMessages:
+    """Vehicles that answer the requests in a ledger among themselves.
+
+    Parameters
+    ----------
+    ledger
+        Empty. Its rules but the last are what a vehicle sees by itself.
+    names
+        The vehicles, which are all there when the ledger answers first.
+    itineraries
+        Where their paths lie.
+    """
+
+    def __init__(
+        self,
+        ledger: Ledger,
+        motor: Motor,
+        decisions: DecisionsByMessages | DecisionsOnSegments,
+        names: Sequence[str],
+        itineraries: Iterable[Itinerary],
+    ) -> None:
+        self._motor, self._decisions, self._names, self._itineraries = motor, decisions, names, itineraries
+        self._begun = False
+        self._first = True
+        ledger.look, ledger.decide = self._look, self._decide
+
+    @property
+    def sent(self) -> int:
+        """How many messages vehicles and posts have sent."""
+        return sum(self._decisions.radio.sent.values())
+
+    def report(self) -> Mapping[str, Any]:
+        """Return the figures for ``summary.json``."""
+        return {"by_messages": self._decisions.report()}
+
+    def close(self) -> None:
+        """End the controllers of the vehicles."""
+        self._decisions.controllers.close()
+
+    def _look(self, now_s: float) -> None:
+        """Let messages come, before requests are answered."""
+        if not self._begun:
+            self._begin()
+        self._first = True
+        self._decisions.look(now_s)
+
+    def _begin(self) -> None:
+        self._begun = True
+        self._motor.begin(self._names)
+        self._decisions.begin()
+        numbers = {place.name: number for place, number in self._motor.where.number.items()}
+        self._decisions.radio.far_side = far_side(self._itineraries, numbers.get)
+
+    def _decide(self, vehicles: list[Vehicle]) -> list[Vehicle]:
+        """Let vehicles that see nothing in their way ask, and go on or stay; return who goes."""
+        legs = [vehicle.granted for vehicle in vehicles]
+        self._decisions.decide(self._motor.ready(vehicles), self._motor.now_s, first=self._first)
+        self._first = False
+        return [one for one, leg in zip(vehicles, legs, strict=True) if one.granted > leg]
+
+
+def let_vehicles_decide(
+    settings: AirSettings,
+    seed: int,
+    ledger: Ledger,
+    abstraction: Abstraction,
+    gate: Gate,
+    asked: AskedGate | None,
+) -> ByMessages:
+    """Let vehicles decide among themselves what the gate would decide.
+
+    Parameters
+    ----------
+    seed
+        Draws what becomes of messages.
+    ledger
+        Empty.
+    gate
+        Made for the vehicles of the abstraction.
+    asked
+        The gate, if it is another than the chain rule.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such protocol for the gate.
+    """
+    system = abstraction.system
+    if asked is not None and isinstance(gate, Algorithm2Gate):
+        motor = Motor(ledger, asked.would_admit)
+        ledger.on_grant = asked.moved
+        private = zip(system.states, system.private, strict=True)
+        shared = {str(name) for name, own in private if not own}
+        decisions: DecisionsByMessages | DecisionsOnSegments = DecisionsOnSegments(
+            settings, seed, motor, shared, gate.lookahead
+        )
+    elif asked is None and len(system.robots) > 1:
+        motor = Motor(ledger, _goes_on)
+        room = {str(name): most for name, most in abstraction.room.items()}
+        decisions = DecisionsByMessages(settings, seed, motor, _controllers(settings, seed), room)
+    else:
+        msg = (
+            "decide: vehicles works where the chain rule decides alone: two vehicles at least, and "
+            "all places hold two; take central"
+        )
+        raise ScenarioError(msg)
+    names = [str(robot.id) for robot in system.robots]
+    return ByMessages(ledger, motor, decisions, names, abstraction.itineraries)
+
+
+def _goes_on(vehicle: Vehicle) -> bool:
+    """Return whether the chain rule lets a vehicle go, and there is a slot for it."""
+    wanted = vehicle.wanted()
+    return wanted is not None and not wanted.is_full() and not closes(vehicle)
+
+
+def _controllers(settings: AirSettings, seed: int) -> Controllers:
+    """Return controllers in processes of their own, or in this one."""
+    return Bridge(settings, seed) if settings.processes else ControllersHere()

@@ -1,0 +1,124 @@
+"""What a vehicle that decides by messages can do and sense on the road: the ledger, one vehicle at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from loopgate.control.ledger import Ledger
+from loopgate.control.places import Vehicle
+from loopgate.control.refusal import Refusal
+from loopgate.gates import Reason
+from loopgate.simulation.by_messages.whereabouts import Whereabouts
+
+__all__ = ["Motor"]
+
+_REASK_S: Final = 1.0 - 1e-6
+"""After a refusal that does not end by itself a vehicle asks again after so long [s]."""
+
+_PASSING: Final = (Reason.ANSWER, Reason.CROSSING)
+"""Refusals after which a vehicle may ask again in each step."""
+
+
+class Motor:
+    """What vehicles can do and sense on the road. Each has a number.
+
+    Parameters
+    ----------
+    ledger
+        Its rules but the last are what a vehicle sees by itself.
+    admits
+        Whether a gate that sees all would let a vehicle go: for figures only.
+    """
+
+    def __init__(self, ledger: Ledger, admits: Callable[[Vehicle], bool]) -> None:
+        self._ledger, self._admits = ledger, admits
+        self._seen: dict[int, int] = {}
+        """By vehicle, how many grants there were when it last saw its crossing free."""
+        self._tails: list[int] = []
+
+    def begin(self, names: Sequence[str]) -> None:
+        """Begin with these vehicles, which are in the ledger; their numbers follow this order."""
+        self.vehicles = [self._ledger.vehicles[name] for name in names]
+        self._number = {vehicle: number for number, vehicle in enumerate(self.vehicles)}
+        self.where = Whereabouts(self.vehicles)
+        self._tails = [self.where.tail(number) for number in range(len(self.vehicles))]
+
+    @property
+    def now_s(self) -> float:
+        """The time [s]."""
+        return self._ledger.now_s
+
+    @property
+    def step_s(self) -> float:
+        """The length of a step [s]."""
+        return self._ledger.step_s
+
+    def line(self, place: int) -> list[int]:
+        """Return the vehicles in line in a place, the first one first."""
+        return [self._number[one] for one in self.where.places[place].line]
+
+    def asking(self) -> list[int]:
+        """Return the vehicles that wait for a grant, the oldest request first."""
+        return [self._number[vehicle] for vehicle in self._ledger.waiting]
+
+    def asks(self, number: int) -> bool:
+        """Return whether a vehicle waits for a grant."""
+        return self.vehicles[number].asks
+
+    def since_s(self, number: int) -> float:
+        """Return since when a vehicle has been at its line [s]."""
+        return self.vehicles[number].since_s
+
+    def reason(self, number: int) -> str:
+        """Return why a vehicle did not go on when it looked last."""
+        return self.vehicles[number].reason
+
+    def rears_out(self) -> list[int]:
+        """Return the vehicles whose rears have left places since the last call, once for each place."""
+        out: list[int] = []
+        for number, before in enumerate(self._tails):
+            tail = self.where.tail(number)
+            if tail != before:
+                out += [number] * (tail - before)
+                self._tails[number] = tail
+        return out
+
+    def ready(self, vehicles: Sequence[Vehicle]) -> list[int]:
+        """Return the numbers of vehicles that see nothing in their way now."""
+        numbers = [self._number[vehicle] for vehicle in vehicles]
+        self._seen.update(dict.fromkeys(numbers, self._ledger.grants))
+        return numbers
+
+    def free_way(self, number: int) -> bool:
+        """Return whether a vehicle that is ready still sees nothing in its way; else it stays."""
+        if self._seen.get(number) == self._ledger.grants:
+            return True
+        vehicle = self.vehicles[number]
+        refusal = self._ledger.refusal_of(vehicle)
+        if refusal is not None:
+            self._ledger.refuse(vehicle, refusal)
+            return False
+        self._seen[number] = self._ledger.grants
+        return True
+
+    def look_again(self, numbers: Sequence[int]) -> None:
+        """Let vehicles look in this step whether they are ready."""
+        for number in numbers:
+            self._ledger.wake(self.vehicles[number])
+
+    def go(self, number: int) -> None:
+        """Let a vehicle go on to its next place."""
+        self._ledger.decisions += 1
+        self._ledger.grant(self.vehicles[number])
+
+    def refuse(self, number: int, reason: Reason) -> None:
+        """Let a vehicle stay, for a reason that messages have told it."""
+        again_s = None if reason in _PASSING else self._ledger.now_s + _REASK_S
+        self._ledger.decisions += 1
+        refusal = Refusal(str(reason)) if again_s is None else Refusal(str(reason), at_s=again_s)
+        self._ledger.refuse(self.vehicles[number], refusal)
+
+    def would_close(self, number: int) -> bool:
+        """Return whether a gate that sees all would refuse a vehicle: for figures only."""
+        return not self._admits(self.vehicles[number])
