@@ -370,6 +370,7 @@ def test_longer_vehicles_change_the_plan(tmp_path: Path) -> None:
         at_once = {vehicle for vehicle, at_s in again.items() if begun.get(vehicle) == at_s}
         assert len(at_once) >= 10  # who stands beyond a line that has moved back joins at its next place
         assert "traffic" in dict(of(happened, "refuse")).values()
+        assert {type(reason) for reason in gate.summary["refusals"]} == {str}
         drive(gate, steps=600)
         assert len(gate.vehicles) == 13
     assert (gate.summary["trespasses"], gate.summary["overruns"], gate.summary["collisions"]) == (0, 0, 0)

@@ -166,7 +166,7 @@ class Fleet:
         """Grant nothing to anybody for now, or grant again."""
         for vehicle in self._ledger.vehicles.values():
             if vehicle.withheld in ("", Reason.TRAFFIC):
-                vehicle.withheld = Reason.TRAFFIC if pauses else ""
+                vehicle.withheld = str(Reason.TRAFFIC) if pauses else ""
 
     def stops_at(self, vehicle: str, at_m: float, *, anew: bool) -> None:
         """Note where a vehicle stops next by itself [m]; `anew`: it has made a stop, and asks as of now."""
