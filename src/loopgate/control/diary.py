@@ -51,6 +51,11 @@ class Diary:
         """Return the edge that the front is on, or in the junction behind."""
         return self._edges[self._edge - 1]
 
+    def jumped(self, skipped_m: float) -> None:
+        """Note that the simulator moved the vehicle ahead: the lap ends so much later [m]."""
+        self._lap_m += skipped_m
+        self.aim()
+
     def drawn(self, number: int) -> Drawn:
         """Return a leg of the vehicle's endless way as it lies on the road."""
         return self.way.legs[number % len(self.way.legs)]

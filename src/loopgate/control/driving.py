@@ -90,6 +90,8 @@ class Driving:
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
+        self.is_gated = True
+        """Whether vehicles ask for anything. One that does not has a way with one leg, that never ends."""
         self.overruns = 0
         """How often the simulator could not stop a vehicle at its line."""
         self.coming: list[Way] = []
@@ -175,15 +177,16 @@ class Driving:
             diary = Diary(vehicle, way, self.path(way))
             self.diaries.append(diary)
             self.accounts.open(diary)
-            traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
-            self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
+            if self.is_gated:
+                traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
+                self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
             self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
         fresh = self.diaries[first:]
         self.fronts.add([diary.vehicle for diary in fresh])
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
         for way in ways:
-            vehicle, again = self.ledger.vehicles[way.vehicle], not way.legs[-1].away
+            vehicle, again = self.ledger.vehicles[way.vehicle], bool(way.renewed_on)
             self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
             if self._spacing is not None:
                 self._spacing.take_in(vehicle, way.loop)
@@ -246,9 +249,11 @@ class Driving:
         """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
         vehicle = self.ledger.vehicles[name]
         row = vehicle.row
-        for body in vehicle.bodies[:-1]:
-            self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
-        self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, why))
+        if self.is_gated:
+            for body in vehicle.bodies[:-1]:
+                self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
+            self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, why))
+            self._traffic.leave_gate(name)
         account = self.accounts.of[name]
         self.on_leaving(account, why)
         self.accounts.close(account)
@@ -263,7 +268,6 @@ class Driving:
         if self._spacing is not None:
             self._spacing.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
-        self._traffic.leave_gate(name)
         del self.diaries[row]
         self.fronts.drop(row)
         for later in self.diaries[row:]:
@@ -293,6 +297,12 @@ class Driving:
         self.changes += 1
         self.rows.append((self._traffic.now_s, vehicle.name, Event.REROUTE, vehicle.leg.place.name, way.loop))
         return True
+
+    def jumped(self, name: str, skipped_m: float) -> None:
+        """Take note that the simulator moved a vehicle ahead: nothing of that is driven [m]."""
+        diary = self.diaries[self.ledger.vehicles[name].row]
+        self.fronts.jumped(diary.vehicle.row, skipped_m)
+        diary.jumped(skipped_m)
 
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
@@ -328,7 +338,8 @@ class Driving:
         self.answer()
         if self._spacing is not None:
             self._spacing.look()
-        self.steering.look_for_strays(self.diaries)
+        if self.is_gated:
+            self.steering.look_for_strays(self.diaries)
 
     def answer(self) -> None:
         """Answer requests, and carry out what comes of it."""

@@ -45,6 +45,10 @@ class Fronts:
         self._offset_m[row] += by_m
         self.at_m[row] += by_m
 
+    def jumped(self, row: int, skipped_m: float) -> None:
+        """Note that the simulator moved the vehicle in a row ahead [m]."""
+        self._offset_m[row] += skipped_m
+
     def offset_m(self, row: int) -> float:
         """Return how much more the arc length of a front is than the odometer of its vehicle [m]."""
         return float(self._offset_m[row])

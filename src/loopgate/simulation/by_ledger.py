@@ -74,7 +74,7 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
     return {str(name): len(system.robots) if own else room for name, room, own in rooms}
 
 
-class _Stops:
+class LedgerStops:
     """Figures of the stops that vehicles make under the ledger."""
 
     def __init__(self, driving: Driving) -> None:
@@ -227,7 +227,7 @@ def open_ledger(
         round_ = find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, leaves=leaves)
     looks += [one.look for one in (rerouting, containment) if one is not None]
-    stops = _Stops(driving)
+    stops = LedgerStops(driving)
     return Session(
         traffic,
         drive,

@@ -57,6 +57,9 @@ class Drive(Protocol):
     def step(self) -> None:
         """Advance the traffic by one step and do what is due."""
 
+    def jumped(self, vehicle: str, skipped_m: float, /) -> None:
+        """Take note that the simulator moved a vehicle ahead under no gate [m]."""
+
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""
 

@@ -139,6 +139,10 @@ class LedgerDrive:
         """Advance the traffic by one step and do what is due."""
         self.driving.step()
 
+    def jumped(self, vehicle: str, skipped_m: float) -> None:
+        """Take note that the simulator moved a vehicle ahead under no gate [m]."""
+        self.driving.jumped(vehicle, skipped_m)
+
     def measure_from_now(self) -> None:
         """Let all figures begin now: the warm-up is over."""
         for account in self.records.values():

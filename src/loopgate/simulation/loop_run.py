@@ -7,7 +7,6 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from time import perf_counter
 
-from loopgate.drive.engine import Engine
 from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
@@ -117,7 +116,7 @@ def drive(
                     note_deadlock(deadlock, course, recorder)
                     if scenario.on_deadlock == "stop":
                         break
-                    if scenario.on_deadlock == "teleport" and isinstance(engine, Engine):  # under no gate
+                    if scenario.on_deadlock == "teleport":  # under no gate
                         _teleport_one(deadlock, engine, traffic)
     except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"
@@ -178,7 +177,7 @@ def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> 
         recorder.note(deadlock.noticed_at_s, vehicle, Event.DEADLOCK, place, waits_for)
 
 
-def _teleport_one(deadlock: Deadlock, engine: Engine, traffic: Traffic) -> None:
+def _teleport_one(deadlock: Deadlock, engine: Drive, traffic: Traffic) -> None:
     for vehicle in deadlock.vehicles:
         skipped = traffic.jump(vehicle)
         if skipped is not None:

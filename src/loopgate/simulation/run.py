@@ -42,6 +42,7 @@ from loopgate.simulation.sumo.start import (
     start_traffic,
 )
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
+from loopgate.simulation.ungated_run import open_ungated
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import FlowMeter
 from loopgate.simulation.watching.fronts import FrontRecorder
@@ -263,6 +264,8 @@ def open_session(
         stack.callback(recorder.close)
         if keeping is not None and (scenario.engine == "ledger" or scenario.by_messages is not None):
             session = open_ledger(scenario, assembly, traffic, recorder, *keeping[1:])
+        elif keeping is None:
+            session = open_ungated(scenario, assembly, traffic, recorder)
         else:
             session = open_tables(scenario, assembly, traffic, recorder, keeping)
         stack.callback(session.close)

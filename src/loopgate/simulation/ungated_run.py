@@ -1,0 +1,102 @@
+"""Vehicles on loops under SUMO's own right of way: driven as under a gate, but without rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.abstraction.track import Track, make_track
+from loopgate.control.driving import Driving
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.model import StateId
+from loopgate.network import RoadNetwork
+from loopgate.results.recorder import Recorder
+from loopgate.simulation.assembly import Assembly
+from loopgate.simulation.by_ledger import LedgerStops, spacing_of
+from loopgate.simulation.containment import Containment
+from loopgate.simulation.demand.placing import Departure
+from loopgate.simulation.fleet.departures import Departures
+from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.ledger_joining import NEVER_FULL
+from loopgate.simulation.ledger_leading import LedgerLeading, way_of
+from loopgate.simulation.planned import PlannedStanding, find_ways_round
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.session import Session
+from loopgate.traffic.base import Traffic
+
+
+def alone(track: Track) -> Track:
+    """Return the path of a vehicle that asks for nothing: one leg, in a place of its own, that never ends."""
+    front_m = track.front_m
+    leg = Leg(StateId(track.vehicle), front_m, front_m + track.lap_m)
+    return replace(track, legs=(leg,), start_position=0, start_m=front_m)
+
+
+class UngatedDepartures(Departures):
+    """Takes in vehicles that SUMO inserts itself.
+
+    Parameters
+    ----------
+    departures
+        In the order in which vehicles want to depart.
+    """
+
+    def __init__(
+        self,
+        departures: Sequence[Departure],
+        network: RoadNetwork,
+        traffic: Traffic,
+        driving: Driving,
+        leading: LedgerLeading,
+    ) -> None:
+        super().__init__(departures)
+        self._network, self._traffic, self._driving, self._leading = network, traffic, driving, leading
+        self._starts = {one.start.vehicle: one.start for one in departures}
+
+    def look(self) -> None:
+        """Take in the vehicles that SUMO has inserted in the last step."""
+        if len(self.departed_s) == len(self._starts):
+            return
+        tracks: list[Track] = []
+        for vehicle in self._traffic.departed():
+            start = self._starts.get(vehicle)
+            if start is None or vehicle in self.departed_s:
+                continue
+            self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
+            at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
+            way = Itinerary(start.loop)
+            tracks.append(alone(make_track(self._network, way, vehicle=vehicle, front_m=at_m)))
+        if tracks:
+            self._leading.know(tracks)
+            self._driving.welcome([way_of(track) for track in tracks])
+
+
+def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder) -> Session:
+    """Return a session in which nobody asks, and SUMO's right of way rules."""
+    driving = Driving(
+        traffic,
+        Layout(dict.fromkeys(assembly.names, NEVER_FULL), []),
+        Ledger([], step_s=scenario.step_s),
+        stops=assembly.stops,
+        spacing=spacing_of(scenario, assembly, traffic),
+    )
+    driving.is_gated = False
+    tracks = [alone(track) for track in assembly.tracks]
+    drive = LedgerDrive(traffic, recorder, driving, [way_of(track) for track in tracks], None)
+    leading = LedgerLeading(traffic, driving, tracks)
+    stops = LedgerStops(driving)
+    departures, looks = Departures(()), list[Callable[[], None]]()
+    if assembly.departures:
+        departures = UngatedDepartures(assembly.departures, assembly.network, traffic, driving, leading)
+        looks.append(departures.look)
+    containment = None
+    if assembly.contains:
+        standing = PlannedStanding(assembly.incidents, driving.stops, assembly.stops)
+        waits, round_ = scenario.standing == "wait", find_ways_round(assembly)
+        containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, gated=False)
+        looks.append(containment.look)
+    return Session(
+        traffic, drive, recorder, None, None, stops, departures, None, containment, tuple(looks), ()
+    )
