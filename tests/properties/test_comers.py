@@ -56,7 +56,7 @@ def test_loops_leave_room_for_who_comes_later() -> None:
 
 def test_were_they_not_to_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """With three of them there nobody else ever gets through."""
-    monkeypatch.setattr(comers, "_refuse_crowd", lambda *_: None)
+    monkeypatch.setattr(comers, "find_crowd", lambda *_: None)
     assert residents().stuck()
 
 

@@ -12,8 +12,8 @@ from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified import chain as rule
+from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Configuration, Robot, RobotId, StateId, System
-from loopgate.simulation.fleet.start import _refuse_crowd
 
 AWAY = StateId("away")
 
@@ -112,12 +112,14 @@ class Comers:
             members = [robot for line in node.lines for robot in line]
             system = self._system(node, members if self.wide else self._members(node))
             gate = make_gate("certified", system)
-            passing = [self._names(robot) for robot, once in enumerate(self.once) if once]
-            if self.wide and not all(self.once):
-                _refuse_crowd(gate, system, dict(zip(system.states, system.room, strict=True)), passing)
         except (GateError, SystemModelError):
             return False
-        return True
+        passing = [self._names(robot) for robot, once in enumerate(self.once) if once]
+        if not self.wide or all(self.once) or not passing or getattr(gate, "promise", "") != "everyone":
+            return True
+        number = {state: place for place, state in enumerate(system.states)}
+        ways = [[number.get(state, len(number)) for state in way] for way in passing]
+        return find_crowd(system.paths, [max(SPARE, room) for room in system.room], ways) is None
 
     def _members(self, node: Node) -> list[int]:
         """Return whom the gate knows.
