@@ -319,7 +319,7 @@ class Ledger:
         first = vehicle.leg.place.line[0]
         if first is vehicle:
             self.ask(vehicle)
-        elif not (vehicle.held or first.halted):
+        elif not vehicle.held and not (first.held and first.halted and not first.beside):
             # The first asks, and so does it, too late to stop at the line.
             self.log.append((BRAKES, vehicle, vehicle.leg.place, ""))
 

@@ -246,7 +246,7 @@ class LedgerLeading:
         waits = self._ledger.vehicles[vehicle]
         wait_for_nothing(self._ledger, waits)
         if waits.held:
-            waits.held = False
+            waits.held = waits.halted = False
             self._driving.accounts.of[vehicle].goes_on(self._traffic.now_s)
             self._traffic.release(vehicle)
 
