@@ -148,18 +148,21 @@ def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe
 
 
 def _may_be_held(trip: Trip, inside_m: float) -> bool:
-    """Return whether SUMO may let one wait on the junction for another that was granted before it."""
-    over, ahead = trip.over, trip.vehicle
-    for first in over.movement.junction.trips:
-        foe = over.foes.get(first.over.movement)
-        if foe is None or first.vehicle is ahead:
-            continue
-        if first.number < trip.number or inside_m < foe.from_m:
-            shared = first.over.foes.get(over.movement)
-            past_m = first.vehicle.front_m - first.vehicle.make.length_m - _BEYOND_M - first.line_m
-            if shared is not None and past_m < shared.to_m:
-                return True
-    return over.first and _follows_aside(over, ahead, trip.number)
+    """Return whether SUMO may let one wait on the junction, or before it, though it has its grant."""
+    ahead = trip.vehicle
+    if inside_m < trip.over.ahead_m + _BEYOND_M and _room_m(ahead, trip.into) < trip.clear_m - ahead.front_m:
+        return True  # if the one before it stands, it would not be past the junction, which SUMO keeps clear
+    for over in trip.leg.passes:
+        for first in over.movement.junction.trips:
+            foe = over.foes.get(first.over.movement)
+            if foe is None or first.vehicle is ahead:
+                continue
+            if first.number < trip.number or inside_m < foe.from_m:
+                shared = first.over.foes.get(over.movement)
+                past_m = first.vehicle.front_m - first.vehicle.make.length_m - _BEYOND_M - first.line_m
+                if shared is not None and past_m < shared.to_m:
+                    return True
+    return _follows_aside(trip.leg.passes[0], ahead, trip.number)
 
 
 def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:
