@@ -118,7 +118,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         """Begin an episode; return the observation of each agent, and empty infos."""
         del options
         self.close()
-        scenario = replace(self.scenario, seed=self._seed if seed is None else seed, engine="ledger")
+        scenario = replace(self.scenario, seed=self._seed if seed is None else seed)
         self._seed = scenario.seed + 1
         self._priorities = _Priorities()
         folder = Folder(self._stack.enter_context(temporary_folder()) / "run", overwrite=True)

@@ -23,7 +23,7 @@ from numba.core import event, types
 from numba.extending import overload
 
 _PACKAGE = Path(__file__).parent
-_ROOMS = "*.py", "drive/*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
+_ROOMS = "*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
 """The sources that what is compiled depends on."""
 
 _PREFIX = "loopgate-kernels-"

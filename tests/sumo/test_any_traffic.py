@@ -16,10 +16,9 @@ from made_networks import netgenerate, short_last_road
 
 from loopgate import Scenario
 from loopgate.analysis.rows import read_run_row
-from loopgate.drive import ground
+from loopgate.control import departures
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.fleet import departures
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
@@ -69,13 +68,10 @@ def test_all_trips_arrive_and_loops_go_on(tmp_path: Path) -> None:
     assert summary["worst_delay_s"] == pytest.approx(delays.max(), abs=0.01)
 
 
-def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Without loops nobody is left to drive after some minutes; alike event by event, though tables grow."""
+def test_it_ends_when_all_have_arrived_and_the_same_seed_gives_the_same(tmp_path: Path) -> None:
+    """Without loops nobody is left to drive after some minutes; alike event by event."""
     routes = demand(tmp_path, loops=0)
     found = run(tmp_path / "a", routes)
-    monkeypatch.setattr(ground, "_AT_FIRST", 1)
     run(tmp_path / "b", routes)
     assert found["arrived"] == TRIPS
     assert found["duration_s"] < 500.0
@@ -373,13 +369,8 @@ def test_the_first_to_come_is_let_in_however_short_its_way(tmp_path: Path) -> No
     assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
 
 
-@pytest.mark.parametrize(
-    ("how", "engine"),
-    [("options", "tables"), ("type", "tables"), ("vehicle", "tables"), ("options", "ledger")],
-)
-def test_who_has_the_rerouting_device_is_led_another_way_between_places(
-    tmp_path: Path, how: str, engine: str
-) -> None:
+@pytest.mark.parametrize("how", ["options", "type", "vehicle"])
+def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
     """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""
     routes = demand(tmp_path, loops=0)
     text = routes.read_text(encoding="utf-8")
@@ -392,7 +383,7 @@ def test_who_has_the_rerouting_device_is_led_another_way_between_places(
     routes.write_text(text, encoding="utf-8")
     words = "--device.rerouting.period 5 --device.rerouting.adaptation-steps 3"
     sumo = words + (" --device.rerouting.probability 1" if how == "options" else "")
-    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car", positions=True, engine=engine)
+    summary = run(tmp_path / "out", routes, sumo=sumo, gated="car", positions=True)
     assert not any("rerouting" in line for line in summary["warnings"])
     assert (summary["trespasses"], summary["unfinished"], summary["audit"]) == (0, 0, "clean")
     assert summary["rerouting"]["vehicles"] == summary["trips"]

@@ -41,23 +41,15 @@ CLOSED = (
 )
 
 
-@pytest.fixture(scope="module", params=["ledger", "tables"])
-def engine(request: pytest.FixtureRequest) -> str:
-    """Return what drives the vehicles."""
-    return str(request.param)
-
-
 @pytest.fixture(scope="module")
-def free(engine: str, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def free(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Return the same run in which nothing happens."""
-    return ran(tmp_path_factory.mktemp("free"), engine=engine)
+    return ran(tmp_path_factory.mktemp("free"))
 
 
-def test_everybody_else_goes_on_when_a_vehicle_breaks_down(
-    tmp_path: Path, engine: str, free: dict[str, Any]
-) -> None:
+def test_everybody_else_goes_on_when_a_vehicle_breaks_down(tmp_path: Path, free: dict[str, Any]) -> None:
     """They drive as far as without it; where they wait for it they do not."""
-    summary = ran(tmp_path, BROKEN, positions=True, engine=engine)
+    summary = ran(tmp_path, BROKEN, positions=True)
     assert summary["clean"]
     assert summary["distance_km"] > 0.93 * free["distance_km"]
     assert [one["why"] for one in summary["standing"]["blocked"]] == ["breakdown"]
@@ -65,14 +57,14 @@ def test_everybody_else_goes_on_when_a_vehicle_breaks_down(
     assert summary["standing"]["led_round"] > 5
     victims = {vehicle for sink in summary["starving"] for vehicle in sink["vehicles"]}
     assert len(victims) <= 7
-    waiting = ran(tmp_path, BROKEN, standing="wait", starving_s=300.0, engine=engine)
+    waiting = ran(tmp_path, BROKEN, standing="wait", starving_s=300.0)
     assert waiting["distance_km"] < 0.8 * free["distance_km"]
     assert (waiting["outcome"], exit_code(waiting)) == ("starving", 5)
 
 
-def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path, engine: str) -> None:
+def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
     """Those behind the vehicle that stands: they park, do not starve, and go on after it."""
-    summary = ran(tmp_path, f"{BROKEN}to = 500\n", positions=True, standing="leave", engine=engine)
+    summary = ran(tmp_path, f"{BROKEN}to = 500\n", positions=True, standing="leave")
     assert (summary["clean"], summary["outcome"], summary["starving"]) == (True, "done", [])
     left = summary["standing"]["left_road"]
     assert left
@@ -91,14 +83,12 @@ def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path, engine: s
 
 
 @pytest.mark.parametrize(("vehicles", "seed", "from_s"), [(200, 1, 151), (160, 4, 170)])
-def test_vehicles_come_back_without_collision(
-    tmp_path: Path, engine: str, vehicles: int, seed: int, from_s: int
-) -> None:
+def test_vehicles_come_back_without_collision(tmp_path: Path, vehicles: int, seed: int, from_s: int) -> None:
     """Some stood at their line, or side by side: none passes the line ungranted, none drives into another."""
     file = tmp_path / "incidents.toml"
     file.write_text(f'[[breakdowns]]\nvehicle = "v1"\nfrom = {from_s}\nto = 330\n', encoding="utf-8")
     scenario = Scenario(network=NETWORK, routes=ROUTES, vehicles=vehicles, seed=seed, duration_s=480.0)
-    crowded = replace(scenario, incidents=str(file), standing="leave", positions=True, engine=engine)
+    crowded = replace(scenario, incidents=str(file), standing="leave", positions=True)
     summary = simulate(crowded, tmp_path / "run")
     assert (summary["outcome"], summary["audit"], summary["collisions"]) == ("done", "clean", 0)
     left = summary["standing"]["left_road"]
@@ -106,9 +96,9 @@ def test_vehicles_come_back_without_collision(
     assert all(one["to_s"] is not None for one in left)
 
 
-def test_nobody_drives_onto_what_is_closed(tmp_path: Path, engine: str, free: dict[str, Any]) -> None:
+def test_nobody_drives_onto_what_is_closed(tmp_path: Path, free: dict[str, Any]) -> None:
     """Nor waits for it; afterwards they are back on their loops."""
-    summary = ran(tmp_path, CLOSED, positions=True, engine=engine)
+    summary = ran(tmp_path, CLOSED, positions=True)
     assert summary["clean"]
     assert (summary["outcome"], summary["starving"]) == ("done", [])
     assert summary["distance_km"] > 0.93 * free["distance_km"]
@@ -123,16 +113,14 @@ def test_nobody_drives_onto_what_is_closed(tmp_path: Path, engine: str, free: di
     assert happened["reason"].tolist() == ["closed"] * 4
 
 
-def test_the_same_seed_gives_the_same_run(tmp_path: Path, engine: str) -> None:
+def test_the_same_seed_gives_the_same_run(tmp_path: Path) -> None:
     """Turns of vehicles too."""
-    one, other = (ran(tmp_path, BROKEN + CLOSED, engine=engine) for _ in range(2))
+    one, other = (ran(tmp_path, BROKEN + CLOSED) for _ in range(2))
     assert (one["distance_km"], one["standing"]) == (other["distance_km"], other["standing"])
 
 
 @pytest.mark.parametrize("count", [15, pytest.param(60, marks=pytest.mark.slow)])
-def test_breakdowns_at_any_time_end_in_no_lock_and_no_collision(
-    tmp_path: Path, engine: str, count: int
-) -> None:
+def test_breakdowns_at_any_time_end_in_no_lock_and_no_collision(tmp_path: Path, count: int) -> None:
     """Wherever vehicles stand when they break down, in the middle of junctions too."""
     draw = Random(7)
     each = []
@@ -140,7 +128,7 @@ def test_breakdowns_at_any_time_end_in_no_lock_and_no_collision(
         at_s, for_s = draw.uniform(60.0, 800.0), draw.choice((20.0, 45.0, 90.0, 250.0))
         vehicle = f"v{draw.randrange(1, 120)}"
         each.append(f'[[breakdowns]]\nvehicle = "{vehicle}"\nfrom = {at_s:.0f}\nto = {at_s + for_s:.0f}\n')
-    summary = ran(tmp_path, "".join(each), positions=count > 15, engine=engine)
+    summary = ran(tmp_path, "".join(each), positions=count > 15)
     assert summary["clean"]
     assert (summary["outcome"], summary["deadlocks"], summary["starving"]) == ("done", [], [])
     assert any(one["place"] != other["place"] for one, other in pairwise(summary["standing"]["blocked"]))

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
@@ -106,18 +104,6 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     "misled": replace(GRID, vehicles=60, duration_s=60.0),
     "misled, oldest": replace(GRID, vehicles=60, duration_s=60.0, negotiation="oldest"),
 }
-UNCOMPILED = (
-    (
-        *("pressure", "lights obeyed", "ordinary traffic", "misled", "order2 certified"),
-        *("open", "queues algorithm2", "oldest", "long and slow vehicles"),
-    ),
-    (
-        *("served", "served, lights obeyed", "left turners", "lanes"),
-        *("a loop that passes edges several times", "braking over several laps"),
-    ),
-)
-"""Some of them, one from every kind, in two halves."""
-
 ACTS = (
     "hold",
     "release",
@@ -269,15 +255,6 @@ def test_refusals_of_all_kinds_are_among_these_runs() -> None:
     known = json.loads(FROZEN.read_text(encoding="utf-8"))
     refusals = {reason for run_digests in known.values() for reason in run_digests["refusals"].split()}
     assert refusals == {"occupied", "crossing", "deadlock", "reserve", "service", "red", "traffic"}
-
-
-@pytest.mark.parametrize("names", UNCOMPILED, ids=lambda names: names[0])
-def test_uncompiled_the_steps_make_the_same_runs(names: tuple[str, ...]) -> None:
-    """What the compiler makes of them is what they say; a process of its own, since numba asks but once."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
-    command = [sys.executable, __file__, *names]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (0, ""), done.stderr
 
 
 def differing(names: Sequence[str]) -> dict[str, dict[str, str]]:

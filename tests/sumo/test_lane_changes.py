@@ -10,10 +10,10 @@ import pytest
 import sumo
 
 from loopgate.abstraction.queue_layout import lay_out_queues
-from loopgate.drive.engine import Engine
 from loopgate.network import LaneSpan
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.assembly import assemble
+from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -44,26 +44,26 @@ def test_vehicles_change_lanes_in_the_stretches_and_nowhere_else(
     loop_of = {start.vehicle: start.loop.id for start in assembly.starts}
     seen: dict[str, tuple[str, float]] = {}
     changes: list[str] = []
-    step = Engine.step
+    step = LedgerDrive.step
 
-    def look(self: Engine) -> None:
+    def look(self: LedgerDrive) -> None:
         step(self)
-        for driver in self.drivers:
-            lane, position = self._traffic.lane(driver.id)
+        for driver in self.vehicles:
+            lane, position = self._traffic.lane(driver.name)
             edge, _, index = lane.rpartition("_")
-            before = seen.get(driver.id, ("", 0.0))
-            seen[driver.id] = (lane, position)
+            before = seen.get(driver.name, ("", 0.0))
+            seen[driver.name] = (lane, position)
             if edge.startswith(":"):
                 continue
-            span = spans[loop_of[driver.id], edge]
+            span = spans[loop_of[driver.name], edge]
             assert int(index) in {span.lane_in, span.lane}
             if before[0].rpartition("_")[0] == edge and before[0] != lane:
                 stretch = layout.stretches[edge]
                 # SUMO changes lanes after it has moved, so both lie at this position.
                 assert stretch.begin_m + LENGTH_M <= position <= stretch.end_m
-                changes.append(driver.id)
+                changes.append(driver.name)
 
-    monkeypatch.setattr(Engine, "step", look)
+    monkeypatch.setattr(LedgerDrive, "step", look)
     summary = simulate(scenario)
     assert (summary["collisions"], summary["trespasses"], summary["audit"]) == (0, 0, "clean")
     assert len(changes) > 60

@@ -124,7 +124,6 @@ def test_an_installation_that_cannot_be_written_to(tmp_path: Path, monkeypatch: 
 @pytest.mark.parametrize(
     "module",
     [
-        "loopgate.drive.motion",
         "loopgate.network.cover.kernel",
         "loopgate.network.cover.tours",
         "loopgate.research.state_space.kernels",

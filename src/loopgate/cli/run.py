@@ -17,7 +17,6 @@ from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
     DRIVERS,
-    ENGINES,
     LIGHTS,
     ON_DEADLOCK,
     SPACINGS,
@@ -36,7 +35,7 @@ GROUPS = {
     "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "drivers", "starts", "stops", "traffic"),
     "Gate": (
         *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
-        *("incidents", "standing", "rho_m", "piece_m", "engine"),
+        *("incidents", "standing", "rho_m", "piece_m"),
     ),
     "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),
     "Output": ("out", "overwrite", "as_json", "positions", "fcd", "tripinfo", "edgedata"),
@@ -133,12 +132,6 @@ GROUPS = {
     "--drivers",
     type=click.Choice(DRIVERS),
     help="human (default): as the vehicle types say; machine: no dawdling, short headway.",
-)
-@click.option(
-    "--engine",
-    type=click.Choice(ENGINES),
-    help="What drives the vehicles: tables (default), or on trial ledger: it compiles nothing, and refuses "
-    "by name what it cannot do yet.",
 )
 @click.option(
     "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."

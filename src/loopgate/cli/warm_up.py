@@ -4,43 +4,19 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from queue import SimpleQueue
 from threading import Thread
 
 import click
 
-from loopgate.cli.example import example_files
 from loopgate.cli.json_output import print_json
 from loopgate.cli.progress import show_progress
 from loopgate.errors import LoopgateError
 
-_TRIP = '<routes><trip id="a" depart="0" from="A0A1" to="C0D0"/></routes>'
 _PRINTED = "compiled:"
 """Begins a line of a process that compiles, about one function."""
-
-
-def _drive(*, lights: str, others: bool) -> None:
-    """Drive for seconds: the drive is compiled for each set of tables, with and without these two."""
-    from loopgate.simulation.run import simulate
-    from loopgate.simulation.scenario import Scenario
-
-    with example_files() as files, tempfile.TemporaryDirectory() as folder:
-        trips = Path(folder, "trips.rou.xml")
-        trips.write_text(_TRIP, encoding="utf-8")
-        scenario = Scenario(
-            network=str(files / "networks" / "grid5-actuated.net.xml"),
-            loops=2,
-            vehicles=4,
-            duration_s=5.0,
-            lights=lights,
-            spacing="hold",
-            traffic=str(trips) if others else "",
-        )
-        simulate(scenario)
 
 
 def _cover() -> None:
@@ -75,10 +51,6 @@ def _study() -> None:
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    "drive": lambda: _drive(lights="off", others=False),
-    "drive with lights and ordinary traffic": lambda: _drive(lights="obey", others=True),
-    "drive with lights": lambda: _drive(lights="obey", others=False),
-    "drive with ordinary traffic": lambda: _drive(lights="off", others=True),
     "covering loops": _cover,
     "exploration": _study,
 }

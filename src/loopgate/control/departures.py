@@ -1,6 +1,6 @@
 """Vehicles that depart while others drive: put in when their place has room for them, and their way is free.
 
-`loopgate.simulation.fleet.departures` says why; the rules here are the same.
+`loopgate.simulation.departures` says why; the rules here are the same.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 """Even spacing of the vehicles on each loop: by holding them at gates, or by advice on their speeds.
 
-`loopgate.simulation.fleet.spacing` says why; the rules here are the same. How far a vehicle is ahead is
-reckoned where a rule asks.
+Without it vehicles bunch behind slow ones, and streets wait long for a bunch. Each vehicle is delayed while
+it is ahead of the middle between its neighbours on its loop; so spacing evens out without a timetable
+(Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus bunching", Transp. Res. B 46, 2012).
+How far a vehicle is ahead is computed where a rule asks.
 """
 
 from __future__ import annotations
@@ -15,11 +17,14 @@ from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
 
 _HOLD_S: Final = 48.0
-"""For how long a vehicle is held that is ahead by the even spacing [s]."""
+"""For how long a vehicle is held that is ahead by the even spacing [s].
+
+Where one driver is slow the others stay as far ahead as the delays of a lap take: longer holds keep them
+nearer to even, but cost kilometres."""
 
 _EVERY_S: Final = 5.0
 _SLOWEST: Final = 0.8
-_FASTEST: Final = 1.1
+FASTEST: Final = 1.1
 """Shares of the speed limit."""
 
 _LEAST_CHANGE: Final = 0.005
@@ -113,7 +118,7 @@ class Spacing:
             return
         self._next_s = self._traffic.now_s + _EVERY_S
         for vehicle, ring in self._on.items():
-            factor = min(_FASTEST, max(_SLOWEST, 1.0 - ring.lead(vehicle) / 2.0))
-            if abs(factor - self._told.get(vehicle, _FASTEST)) > _LEAST_CHANGE:
+            factor = min(FASTEST, max(_SLOWEST, 1.0 - ring.lead(vehicle) / 2.0))
+            if abs(factor - self._told.get(vehicle, FASTEST)) > _LEAST_CHANGE:
                 self._told[vehicle] = factor
                 self._traffic.advise(vehicle.name, factor)

@@ -31,8 +31,7 @@ from loopgate.simulation.demand.placing import (
     spread,
 )
 from loopgate.simulation.demand.random_loops import random_loops
-from loopgate.simulation.drivers import driven_by_machines
-from loopgate.simulation.fleet.spacing import advised_type
+from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices

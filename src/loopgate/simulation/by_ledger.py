@@ -6,8 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, cast
 
+import numpy as np
+
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.track import Track
+from loopgate.arrays import Floats
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -20,15 +23,15 @@ from loopgate.control.way import Way
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation
+from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.by_messages.answering import ByMessages, let_vehicles_decide
 from loopgate.simulation.containment import Containment
+from loopgate.simulation.departures import Departures
 from loopgate.simulation.drives import Made, Reports
-from loopgate.simulation.fleet.departures import Departures
-from loopgate.simulation.fleet.spacing import times_along
 from loopgate.simulation.ledger_departures import LedgerDepartures
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.ledger_gate import AskedGate, Deciding, by_chain
@@ -99,6 +102,13 @@ class LedgerStops:
                 "longest_late_back_s": round(parking.latest_s, 3),
             }
         }
+
+
+def times_along(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
+    """Return arc lengths at the ends of a loop's lanes [m], and the times there at the speeds allowed [s]."""
+    took = [span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans]
+    ends = [0.0, *(span.end_m for span in loop.spans)]
+    return np.array(ends), np.concatenate(([0.0], np.cumsum(took)))
 
 
 def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spacing | None:

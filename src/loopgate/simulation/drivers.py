@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from loopgate.control.spacing import FASTEST
 from loopgate.network import VehicleDemand, VehicleType
 
 _MACHINE = "@machine"
@@ -53,3 +54,8 @@ def driven_by_machines(vehicles: Sequence[VehicleDemand], step_s: float) -> list
         if id(vehicle.type) not in once:
             once[id(vehicle.type)] = as_machine(vehicle.type, step_s)
     return [replace(vehicle, type=once[id(vehicle.type)]) for vehicle in vehicles]
+
+
+def advised_type(kind: VehicleType) -> VehicleType:
+    """Return a type for vehicles that follow speed advice, up to the fastest advice."""
+    return replace(kind, attributes={**kind.attributes, "speedFactor": f"{FASTEST}", "speedDev": "0"})

@@ -14,7 +14,7 @@ from loopgate.control.way import Way
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
-from loopgate.simulation.fleet.departures import Arrived, Departures
+from loopgate.simulation.departures import Arrived, Departures
 from loopgate.simulation.ledger_leading import way_of
 from loopgate.traffic.base import Traffic
 

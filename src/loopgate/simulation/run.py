@@ -11,7 +11,7 @@ from typing import Any
 from loopgate.audit import read_layout, write_layout
 from loopgate.disk import writing
 from loopgate.folders import remove_abandoned, temporary_folder
-from loopgate.gates import make_gate
+from loopgate.gates import Gate, make_gate
 from loopgate.model import write_system
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.registry import make_negotiation
@@ -24,7 +24,6 @@ from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.by_ledger import check as check_ledger
 from loopgate.simulation.by_ledger import open_ledger
-from loopgate.simulation.by_tables import Keeping, open_tables
 from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, drive
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
@@ -262,12 +261,10 @@ def open_session(
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
-        if keeping is not None and (scenario.engine == "ledger" or scenario.by_messages is not None):
-            session = open_ledger(scenario, assembly, traffic, recorder, *keeping[1:])
-        elif keeping is None:
+        if keeping is None:
             session = open_ungated(scenario, assembly, traffic, recorder)
         else:
-            session = open_tables(scenario, assembly, traffic, recorder, keeping)
+            session = open_ledger(scenario, assembly, traffic, recorder, *keeping)
         stack.callback(session.close)
         if backend == "gui":
             ways = {start.loop.id: start.loop for start in assembly.everybody}
@@ -309,12 +306,14 @@ def _input_options(
     return [*starts, *routes, *begin]
 
 
-def _keeping(scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None) -> Keeping | None:
-    """Return states, gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
+def _keeping(
+    scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None
+) -> tuple[Gate, Negotiation] | None:
+    """Return gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
     if not scenario.gated or assembly.abstraction is None:
         return None
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
     check_ledger(scenario, assembly)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
-    return system, gate, orders
+    return gate, orders

@@ -28,7 +28,6 @@ SPACINGS = ("none", "hold", "advice")
 STANDING = ("contain", "leave", "wait")
 STARTS = ("random", "even")
 DRIVERS = ("human", "machine")
-ENGINES = ("tables", "ledger")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """SUMO's drivers keep apart by tau, a second, and only if they look as often."""
@@ -115,9 +114,6 @@ class Scenario:
     drivers
         ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
         headway of half a second or a step, also under ``open``.
-    engine
-        ``tables``, or, on trial, ``ledger`` (`loopgate.control`): plain Python, nothing is compiled. What the
-        ledger cannot do yet is refused.
     starts
         ``even``: more vehicles on loops with longer lap times, evenly spaced in time. ``random``: equally
         many vehicles on each loop, at random positions, unless the route file gives positions. Empty for
@@ -183,7 +179,6 @@ class Scenario:
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
     drivers: Annotated[str, choice(DRIVERS)] = "human"
-    engine: Annotated[str, choice(ENGINES)] = "tables"
     starts: Annotated[str, choice(("", *STARTS))] = ""
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     weights: Annotated[str, text()] = ""
@@ -246,9 +241,6 @@ class Scenario:
             raise ScenarioError(msg)
 
     def _check_decide(self) -> None:
-        if self.engine == "ledger" and not self.gated:
-            msg = "engine: ledger works under a gate only; leave it out"
-            raise ScenarioError(msg)
         if self.by_messages is None:
             return
         kind = self.gate.partition(":")[0], self.abstraction

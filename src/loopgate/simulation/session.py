@@ -13,8 +13,8 @@ from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.containment import Containment
+from loopgate.simulation.departures import Departures
 from loopgate.simulation.drives import Answers, Drive, Reports, StopFigures
-from loopgate.simulation.fleet.departures import Departures
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.rerouting import Rerouting

@@ -17,7 +17,7 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.by_ledger import LedgerStops, spacing_of
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.demand.placing import Departure
-from loopgate.simulation.fleet.departures import Departures
+from loopgate.simulation.departures import Departures
 from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.ledger_joining import NEVER_FULL
 from loopgate.simulation.ledger_leading import LedgerLeading, way_of

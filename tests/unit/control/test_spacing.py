@@ -12,7 +12,6 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, path_of
 from loopgate.control.rules import usual
 from loopgate.control.spacing import Ring, Spacing
-from loopgate.simulation.fleet.spacing import Neighbours
 from loopgate.traffic.base import Traffic
 
 
@@ -42,16 +41,20 @@ def on_a_ring(fronts_m: list[float], *, advises: bool = False) -> tuple[Ledger, 
 
 
 @pytest.mark.parametrize("vehicles", [1, 2, 3, 7])
-def test_leads_are_those_of_the_tables(vehicles: int) -> None:
+def test_leads_are_those_of_sorted_times(vehicles: int) -> None:
+    """Half the difference of the gaps behind and ahead, in units of even spacing."""
     draw = Random(vehicles)
     for _ in range(50):
         fronts_m = [draw.uniform(0.0, 200.0) + 200.0 * draw.randrange(3) for _ in range(vehicles)]
         ledger, _, ring, _ = on_a_ring(fronts_m)
-        laps_s, loops = np.full(vehicles, 30.0), np.zeros(vehicles, dtype=np.int64)
-        times_s = np.interp(np.array(fronts_m) % 200.0, [0.0, 100.0, 200.0], [0.0, 10.0, 30.0])
-        theirs = Neighbours(laps_s, loops).leads(times_s)
+        at_s = np.interp(np.array(fronts_m) % 200.0, [0.0, 100.0, 200.0], [0.0, 10.0, 30.0])
+        order = np.argsort(at_s)
+        ahead_s = np.empty(vehicles)
+        ahead_s[order] = np.diff(np.append(at_s[order], at_s[order[0]] + 30.0))
+        behind_s = np.empty(vehicles)
+        behind_s[order] = np.roll(ahead_s[order], 1)
         ours = [ring.lead(vehicle) for vehicle in ledger.vehicles.values()]
-        assert ours == pytest.approx(theirs.tolist(), abs=1e-9)
+        assert ours == pytest.approx(((behind_s - ahead_s) * vehicles / 60.0).tolist(), abs=1e-9)
 
 
 def test_one_that_is_ahead_waits_unless_another_waits_behind_it() -> None:

@@ -8,12 +8,9 @@ from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.control.lamps import OPEN
-from loopgate.drive.engine import Engine
-from loopgate.drive.timetable import Signal, Timetable
-from loopgate.network import RoadNetwork
 from loopgate.traffic.base import Program
 
-__all__ = ["Lights", "ShownLights", "longest_closed_s", "signals_of"]
+__all__ = ["ShownLights", "longest_closed_s"]
 
 _LONG_RED_S = 300.0
 """A red this long is worth a warning [s]."""
@@ -34,16 +31,6 @@ def longest_closed_s(program: Program, link: int) -> float:
         longest_s = max(longest_s, closed_s)
         phase = here.following
     return longest_s
-
-
-def signals_of(network: RoadNetwork) -> list[Signal]:
-    """Return the light and the link of each movement of a network that has a traffic light."""
-    found = []
-    for movement in network.connections:
-        if movement.signal is not None:
-            speed_mps = min((network.lanes[lane].speed_mps for lane in movement.via), default=math.inf)
-            found.append(Signal(movement.id, *movement.signal, speed_mps))
-    return found
 
 
 class ShownLights:
@@ -108,41 +95,3 @@ class ShownLights:
                 f"lights: a vehicle waited {longest_red_s:.0f} s for green at movement {at} (light {light})"
             )
         return lines
-
-
-class Lights:
-    """Reads the traffic lights of SUMO that gated vehicles obey (`loopgate.drive.lights`).
-
-    Parameters
-    ----------
-    engine
-        The engine that drives the vehicles.
-    timetable
-        The table of the lights' colours.
-    """
-
-    def __init__(self, engine: Engine, timetable: Timetable) -> None:
-        self._engine, self._timetable = engine, timetable
-        self._shown = ShownLights(timetable.program)
-
-    def plan(self, itineraries: Iterable[Itinerary]) -> None:
-        """Read the paths of the vehicles, at the start or after a change."""
-        signals = self._timetable.signals
-        by_movement = {name: signals[number] for name, number in self._timetable.numbers.items()}
-        self._shown.plan(itineraries, {name: (one.light, one.link) for name, one in by_movement.items()})
-
-    def report(self) -> dict[str, Any]:
-        """Return figures of obeyed lights for ``summary.json``, and warnings."""
-        run = self._engine.run
-        longest_s, since_s, at = (run[name][0] for name in ("red_s", "red_since_s", "red_at"))
-        movement = self._timetable.signals[at].movement if longest_s > 0.0 else ""
-        longest_s = max(0.0, min(float(longest_s), float(run["now_s"][0] - since_s)))
-        figures = self._shown.figures(
-            grants=int(run["let_go"][0]),
-            stood=int(run["stood"][0]),
-            stood_s=float(run["stood_s"][0]),
-            on_red=int(run["on_red"][0]),
-            longest_red_s=longest_s,
-            at=movement,
-        )
-        return {"at_lights": figures, "warnings": self._shown.warnings(longest_s, movement)}

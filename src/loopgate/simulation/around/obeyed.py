@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from math import inf
 from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.lights import Lights
 from loopgate.network import RoadNetwork
-from loopgate.simulation.around.lights import ShownLights, signals_of
+from loopgate.simulation.around.lights import ShownLights
 from loopgate.traffic.base import Program, Traffic
 
 __all__ = ["Lamps", "ObeyedLights", "signals_in"]
@@ -64,6 +65,10 @@ class ObeyedLights:
 
 def signals_in(network: RoadNetwork, lamps: Lamps) -> dict[str, Signal]:
     """Return the traffic signals of a network for the ledger, by movement."""
-    return {
-        one.movement: Signal(lamps[one.light], one.link, float(one.speed_mps)) for one in signals_of(network)
-    }
+    found: dict[str, Signal] = {}
+    for movement in network.connections:
+        if movement.signal is not None:
+            light, link = movement.signal
+            speed = min((float(network.lanes[lane].speed_mps) for lane in movement.via), default=inf)
+            found[movement.id] = Signal(lamps[light], link, speed)
+    return found

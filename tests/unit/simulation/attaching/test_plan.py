@@ -15,7 +15,6 @@ from loopgate.gates import make_gate
 from loopgate.model import StateId
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.fleet.start import _refuse_crowd
 from loopgate.simulation.ledger_joining import refuse_crowd
 
 CAR = VehicleType()
@@ -77,11 +76,11 @@ def test_who_goes_round_leaves_room_for_who_is_to_pass_later(residents: int, *, 
     room = {"a": 2, "b": 2}
     robots = system(paths, capacity=room, fifo=("a", "b"), starts={"r1": 1})
     gate = make_gate("certified", robots)
-    _refuse_crowd(gate, robots, room)
+    refuse_crowd(gate, robots, room)
     for way in ("x b y", "a away", "a b"):
         passing = [[StateId(state) for state in way.split()]]
         if fine or way == "a b":
-            _refuse_crowd(gate, robots, room, passing)
+            refuse_crowd(gate, robots, room, passing)
         else:
             with pytest.raises(GateError, match="not every vehicle"):
-                _refuse_crowd(gate, robots, room, passing)
+                refuse_crowd(gate, robots, room, passing)

@@ -1,9 +1,7 @@
-"""Runs in which the ledger drives, beside the same runs by the tables."""
+"""Runs of all kinds under gates: what they write, and that nobody waits needlessly."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -11,12 +9,11 @@ from typing import Any
 
 import heart  # in analysis/
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 from full_ring import write_full_ring
 
 from loopgate.control.ledger import Ledger
-from loopgate.errors import PluginError, ScenarioError
+from loopgate.errors import PluginError
 from loopgate.results.recorder import read_events
 from loopgate.simulation import run as runs
 from loopgate.simulation.ledger_drive import LedgerDrive
@@ -36,10 +33,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @cache
-def run(folder: Path, engine: str, **given: Any) -> tuple[dict[str, Any], Path]:  # noqa: ANN401  of a scenario
+def run(folder: Path, **given: Any) -> tuple[dict[str, Any], Path]:  # noqa: ANN401  of a scenario
     """Run a scenario; return its summary, and its folder."""
-    out = folder / f"{engine}{len(list(folder.iterdir()))}"
-    made = Scenario(engine=engine, positions=True, on_deadlock="continue", **given)
+    out = folder / f"run{len(list(folder.iterdir()))}"
+    made = Scenario(positions=True, on_deadlock="continue", **given)
     return simulate(made, out), out
 
 
@@ -55,32 +52,20 @@ ON_GRID: dict[str, Any] = {
 IN_TOWN: dict[str, Any] = {"network": "sumo:DRT", "vehicles": 200, "duration_s": 200.0}
 
 
-@pytest.mark.parametrize("given", [ON_GRID, IN_TOWN], ids=["grid", "town"])
-def test_the_ledger_drives_a_run_as_the_tables_do(folder: Path, given: dict[str, Any]) -> None:
-    """As far, clean by positions; the summary, the files and the events are of the same kinds."""
-    (mine, my_folder), (theirs, folder_of_tables) = (
-        run(folder, engine, **given) for engine in ("ledger", "tables")
-    )
-    assert (mine["engine"], theirs["engine"]) == ("ledger", "tables")
-    assert mine["clean"]
-    assert mine["audit"] == "clean"
-    assert set(mine["audited"]) >= {"crossings", "bodies"}
-    assert mine.keys() == theirs.keys()
-    assert mine.get("at_lights", {}).keys() == theirs.get("at_lights", {}).keys()
-    for figure, within in {"distance_km": 0.02, "laps": 0.06, "stood_s": 0.1, "hold_s": 0.25}.items():
-        assert mine[figure] == pytest.approx(theirs[figure], rel=within), figure
-    assert mine["duration_s"] == theirs["duration_s"]
-    assert [file.name for file in sorted(my_folder.iterdir())] == [
-        file.name for file in sorted(folder_of_tables.iterdir())
-    ]
-    for file in my_folder.glob("*.parquet"):
-        assert pq.read_schema(file).names == pq.read_schema(folder_of_tables / file.name).names
-    kinds = [set(read_events(of / "events.parquet")["event"]) for of in (my_folder, folder_of_tables)]
-    assert kinds[0] == kinds[1]
+@pytest.mark.parametrize(("given", "least_km"), [(ON_GRID, 145.0), (IN_TOWN, 300.0)], ids=["grid", "town"])
+def test_a_gated_run_is_clean_and_drives_far(folder: Path, given: dict[str, Any], least_km: float) -> None:
+    """Clean by positions, with events of all kinds."""
+    summary, of = run(folder, **given)
+    assert summary["clean"]
+    assert summary["audit"] == "clean"
+    assert set(summary["audited"]) >= {"crossings", "bodies"}
+    assert summary["distance_km"] > least_km
+    kinds = set(read_events(of / "events.parquet")["event"])
+    assert kinds >= {"start", "edge", "lap", "enter", "leave", "grant", "refuse", "hold", "go"}
 
 
 def test_trips_depart_and_arrive(folder: Path, tmp_path: Path) -> None:
-    """As under the tables: the same vehicles, as far, and the figures of their trips are there."""
+    """The figures of their trips are there."""
     ends = [("A0B0", "D4E4"), ("E4D4", "B0A0"), ("A4A3", "E1E0"), ("E0E1", "A3A4")]
     rows = [
         f'<trip id="t{n}" depart="{n}" from="{ends[n % 4][0]}" to="{ends[n % 4][1]}"/>' for n in range(60)
@@ -88,24 +73,19 @@ def test_trips_depart_and_arrive(folder: Path, tmp_path: Path) -> None:
     file = tmp_path / "trips.rou.xml"
     file.write_text(f"<routes>{''.join(rows)}</routes>")
     given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 120.0}
-    (mine, of), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    mine, of = run(folder, **given)
     assert mine["clean"]
-    assert mine.keys() == theirs.keys()
-    assert mine["departed"] == pytest.approx(theirs["departed"], abs=1)
-    assert mine["arrived"] == pytest.approx(theirs["arrived"], abs=1)
     assert mine["arrived"] > 5
-    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
     assert pd.read_parquet(of / "vehicles.parquet")["arrived"].sum() == mine["arrived"]
 
 
 def test_loops_that_depart_later_leave_room_for_trips(folder: Path, tmp_path: Path) -> None:
-    """More would go round one block than it holds: as many as under the tables depart, and trips pass it."""
+    """More would go round one block than it holds: some wait, and trips pass it."""
     given: dict[str, Any] = {**write_full_ring(tmp_path), "duration_s": 500.0}
-    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    mine, _ = run(folder, **given)
     assert mine["clean"]
-    assert mine["waiting_to_depart"] == theirs["waiting_to_depart"] > 0
+    assert mine["waiting_to_depart"] > 0
     assert (mine["arrived"], mine["unfinished"]) == (2, 0)
-    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.05)
 
 
 @pytest.mark.parametrize("gate", ["banker", "one-step", "certified:promise=somebody"])
@@ -122,15 +102,14 @@ def test_vehicles_depart_later_under_any_gate(folder: Path, tmp_path: Path, gate
     file = tmp_path / "later.rou.xml"
     file.write_text(f"<routes>{''.join(rows)}</routes>")
     given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 200.0, "gate": gate}
-    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    mine, _ = run(folder, **given)
     assert mine["clean"]
-    assert (mine["departed"], mine["arrived"]) == (theirs["departed"], theirs["arrived"])
+    assert mine["departed"] == 7
     assert mine["arrived"] >= 3
-    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.03)
 
 
 def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
-    """On one ring: stops are made and missed as under the tables, and vehicles are held to be spaced."""
+    """On one ring: stops are made, and vehicles are held to be spaced."""
     file = tmp_path / "ring.rou.xml"
     file.write_text(
         '<routes><route id="ring" edges="B2C2 C2C1 C1B1 B1B2">'
@@ -139,29 +118,22 @@ def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
         + "</routes>"
     )
     given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 400.0, "spacing": "hold"}
-    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    mine, _ = run(folder, **given)
     assert mine["clean"]
-    assert mine["stops"].keys() == theirs["stops"].keys()
-    assert mine["stops"]["served"] == pytest.approx(theirs["stops"]["served"], abs=2)
     assert mine["stops"]["served"] > 10
-    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
-    assert {"spacing"} <= mine["refusals"].keys() & theirs["refusals"].keys()
+    assert "spacing" in mine["refusals"]
 
 
 def test_loops_drive_among_ordinary_traffic(folder: Path, tmp_path: Path) -> None:
-    """Not less far than under the tables, clean by positions, with the same figures of the others."""
+    """Clean by positions."""
     trips = tmp_path / "ordinary.rou.xml"
     heart.draw_trips(GRID, 3.0, 300.0, 1, trips)
     given: dict[str, Any] = {
         "network": GRID, "vehicles": 60, "loops": 30, "traffic": str(trips), "duration_s": 300.0
     }  # fmt: skip
-    (mine, _), (theirs, _) = (run(folder, engine, **given) for engine in ("ledger", "tables"))
+    mine, _ = run(folder, **given)
     assert mine["clean"]
     assert mine["collisions"] == mine["collisions_by_others"] == mine["trespasses"] == 0
-    assert mine.keys() == theirs.keys()
-    assert mine["others"] == theirs["others"]
-    assert mine["distance_km"] > 0.95 * theirs["distance_km"]  # one seed scatters by a tenth
-    assert mine["refusals"]["traffic"] == pytest.approx(theirs["refusals"]["traffic"], rel=0.25)
 
 
 @pytest.mark.parametrize(
@@ -174,17 +146,12 @@ def test_loops_drive_among_ordinary_traffic(folder: Path, tmp_path: Path) -> Non
     ],
     ids=["banker", "segments", "oldest", "pressure"],
 )
-def test_other_gates_and_negotiations_decide_as_under_the_tables(folder: Path, given: dict[str, Any]) -> None:
-    """As far, and no more answers than they give there by more than a tenth, or a few."""
+def test_other_gates_and_negotiations_decide(folder: Path, given: dict[str, Any]) -> None:
+    """Clean by positions under each."""
     every: dict[str, Any] = {"network": GRID, "vehicles": 40, "loops": 20, "duration_s": 120.0} | given
-    (mine, _), (theirs, _) = (run(folder, engine, **every) for engine in ("ledger", "tables"))
-    assert mine["clean"] == theirs["clean"]
+    mine, _ = run(folder, **every)
+    assert mine["clean"]
     assert mine["audit"] == "clean"
-    assert mine.keys() == theirs.keys()
-    assert mine["distance_km"] == pytest.approx(theirs["distance_km"], rel=0.02)
-    if "gate" in given:
-        assert mine["decisions"] <= 1.1 * theirs["decisions"] + 5
-        assert mine["messages"] <= 1.1 * theirs["messages"] + 50
 
 
 def test_a_gate_of_the_users_that_fails_ends_the_run_and_is_named(folder: Path, tmp_path: Path) -> None:
@@ -198,7 +165,7 @@ def test_a_gate_of_the_users_that_fails_ends_the_run_and_is_named(folder: Path, 
         "    def moved(self, configuration, robot): self.moves += 1\n"
     )
     with pytest.raises(PluginError, match="Mine: decide returned"):
-        run(folder, "ledger", network=GRID, vehicles=20, loops=10, gate=f"{file}:Mine", duration_s=60.0)
+        run(folder, network=GRID, vehicles=20, loops=10, gate=f"{file}:Mine", duration_s=60.0)
 
 
 def test_vehicles_are_painted_in_a_window(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -216,7 +183,7 @@ def test_vehicles_are_painted_in_a_window(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(SumoTraffic, "show", lambda _, low, high: shown.append((low, high)))
     monkeypatch.setattr(SumoTraffic, "paint", paint)
     monkeypatch.setenv("DISPLAY", ":0")
-    made = Scenario(network=GRID, vehicles=20, loops=10, duration_s=30.0, engine="ledger")
+    made = Scenario(network=GRID, vehicles=20, loops=10, duration_s=30.0)
     assert simulate(made, backend="gui")["clean"]
     assert len(shown) == 1
     assert sorted(painted) == sorted(f"v{number}" for number in range(1, 21))
@@ -225,7 +192,7 @@ def test_vehicles_are_painted_in_a_window(monkeypatch: pytest.MonkeyPatch) -> No
 
 def test_what_observers_write_fits_together(folder: Path) -> None:
     """Vehicles, edges, flow and fronts of a run say the same as its summary."""
-    summary, of = run(folder, "ledger", **ON_GRID)
+    summary, of = run(folder, **ON_GRID)
     vehicles, edges, flow, fronts = (
         pd.read_parquet(of / f"{n}.parquet") for n in ("vehicles", "edges", "flow", "fronts")
     )
@@ -265,29 +232,5 @@ def waiting_though_free(out: Path, monkeypatch: pytest.MonkeyPatch) -> int:
 
     monkeypatch.setattr(LedgerDrive, "step", look)
     crowded = Scenario(network=GRID, vehicles=330, loops=40, negotiation="pressure:crowded=2")
-    simulate(replace(crowded, duration_s=100.0, engine="ledger"), out)
+    simulate(replace(crowded, duration_s=100.0), out)
     return found
-
-
-def test_without_a_gate_it_is_refused() -> None:
-    with pytest.raises(ScenarioError, match="engine: ledger works under a gate only"):
-        simulate(Scenario(network=GRID, vehicles=20, engine="ledger", gate="open"))
-
-
-def test_the_command_refuses_in_one_line(tmp_path: Path) -> None:
-    words = [
-        "run",
-        GRID,
-        "--vehicles",
-        "20",
-        "--engine",
-        "ledger",
-        "--gate",
-        "open",
-        "-o",
-        str(tmp_path),
-    ]
-    command = [sys.executable, "-c", "from loopgate.cli.main import main; main()", *words]
-    told = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert told.returncode == 2
-    assert "engine: ledger works under a gate only; leave it out" in told.stderr.splitlines()[-1]

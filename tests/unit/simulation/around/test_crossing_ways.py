@@ -1,73 +1,13 @@
-"""Which junctions ordinary vehicles come to, and on which ways over them nothing keeps vehicles apart."""
+"""On which ways over junctions nothing keeps vehicles apart from ordinary vehicles."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
-from typing import Any
-from unittest.mock import Mock
-
-import pytest
-from fake_traffic import whereabouts
-from ordinary_scene import Watched, alone_on
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.around.crossing_ways import CrossingWays
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.traffic.base import Dynamics
-
-CAR = Dynamics(5.0, 2.6, 4.5, 1.0)
-
-
-def test_vehicles_come_to_the_junctions_on_their_routes() -> None:
-    """One at 10 m/s, one inside a junction, one that stands in a queue; by their routes, not by lanes.
-
-    One that stands farther back than a queue that sets out in time is left out.
-    """
-    network = RoadNetwork.open("networks/grid5-priority.net.xml")
-    loop = generate_loops(network, 1, length_m=(800.0, 2000.0))[0]
-    first, second, third, fourth = loop.edges[:4]
-    inside = next(span.lane_id for span in loop.spans if span.internal)
-    length_m = network.edges[first].lanes[0].length_m
-    speeds = {"moves": 10.0, "queues": 0.0, "stands": 0.0, "inside": 10.0}
-    lanes = {
-        "moves": (f"{first}_0", length_m - 20.0),
-        "queues": (f"{first}_0", length_m - 27.0),
-        "stands": (f"{first}_0", length_m - 40.0),
-        "inside": (inside, network.lanes[inside].length_m),
-    }
-    traffic = Mock(
-        now_s=0.0,
-        step_s=1.0,
-        whereabouts=lambda: whereabouts(**{v: (*at, speeds[v]) for v, at in lanes.items()}),
-        dynamics=lambda _: CAR,
-        parks=lambda _: False,
-        route=lambda _: (loop.edges, 0),
-        route_id=lambda _: "route",
-    )
-    watched = Watched(*alone_on(network, loop), traffic, network, CrossingWays(network))
-
-    def arrivals() -> dict[tuple[str, str], list[Any]]:
-        watched.look()
-        return {b: some for b in pairwise(loop.edges) if (some := watched.arrivals(*b))}
-
-    found = arrivals()
-    one, queued = found[first, second]
-    assert (queued["stands"], queued["last_s"]) == (True, math.inf)
-    assert not one["stands"]
-    assert one["last_s"] == pytest.approx(2.0)
-    assert 1.5 < one["first_s"] < 2.0
-    behind_s = {arrival["last_s"] for arrival in found[second, third]}
-    assert network.edges[second].lanes[0].length_m / 10.0 == pytest.approx(min(behind_s))
-    assert len(behind_s) == 2
-    assert all(a["first_s"] <= 20.0 for arrivals in found.values() for a in arrivals)
-    traffic.now_s, traffic.route = 1.0, Mock(side_effect=AssertionError)
-    lanes.clear()
-    lanes["moves"] = f"{second}_0", 0.0
-    again = arrivals()
-    assert (first, second) not in again
-    assert fourth in loop.edges
 
 
 def test_ways_that_touch_without_right_of_way_count() -> None:

@@ -1,0 +1,76 @@
+"""Vehicles that depart during a run: when they wanted to, when they did, and what they did there."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from loopgate.simulation.demand.placing import Departure
+
+
+@dataclass(frozen=True, slots=True)
+class Arrived:
+    """The facts about a vehicle that has arrived.
+
+    Attributes
+    ----------
+    at_s
+        When it did [s].
+    distance_m, hold_s, stood_s, longest_wait_s
+        How far it drove, how long it stood at gates and in all, and waited for one grant at most.
+    odometer_m, top_mps
+        What its odometer read a step before [m], and how fast it can drive [m/s].
+    """
+
+    at_s: float
+    distance_m: float
+    hold_s: float
+    stood_s: float
+    longest_wait_s: float
+    odometer_m: float
+    top_mps: float
+
+
+class Departures:
+    """The planned and the real departure times of vehicles.
+
+    Parameters
+    ----------
+    departures
+        In the order in which they want to.
+    """
+
+    def __init__(self, departures: Sequence[Departure]) -> None:
+        self._coming = deque(departures)
+        self.wanted_s = {one.start.vehicle: one.at_s for one in departures}
+        """When vehicles wanted to depart [s]."""
+        self.departed_s: dict[str, float] = {}
+        """When vehicles departed [s]."""
+        self.arrived: dict[str, Arrived] = {}
+        """The vehicles that have driven their routes to the end."""
+
+    @property
+    def over(self) -> bool:
+        """Whether every vehicle has departed."""
+        return not self._coming
+
+    def look(self) -> None:
+        """Let vehicles depart that are due after a step."""
+
+    def delay_s(self, vehicle: str, now_s: float) -> float:
+        """Return the time that a vehicle waited to depart, or has waited so far [s]."""
+        wanted_s = self.wanted_s.get(vehicle, now_s)
+        return max(0.0, self.departed_s.get(vehicle, now_s) - wanted_s) if vehicle in self.wanted_s else 0.0
+
+    def report(self, now_s: float) -> dict[str, Any]:
+        """Return the figures of departures for ``summary.json``; empty if no vehicle departs later."""
+        due = [vehicle for vehicle, at_s in self.wanted_s.items() if at_s <= now_s]
+        if not self.wanted_s:
+            return {}
+        delays = [self.delay_s(vehicle, now_s) for vehicle in due]
+        return {
+            "departed": len(self.departed_s),
+            "waiting_to_depart": len(due) - len(self.departed_s),
+            "mean_depart_delay_s": round(sum(delays) / len(delays), 3) if delays else 0.0,
+            "max_depart_delay_s": round(max(delays, default=0.0), 3),
+        }

@@ -1,1 +1,0 @@
-"""Vehicles under the gate: they come and go, stop, park, and keep apart on their loops."""
