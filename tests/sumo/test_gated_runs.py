@@ -104,7 +104,7 @@ def test_vehicles_depart_later_under_any_gate(folder: Path, tmp_path: Path, gate
     given: dict[str, Any] = {"network": GRID, "routes": str(file), "duration_s": 200.0, "gate": gate}
     mine, _ = run(folder, **given)
     assert mine["clean"]
-    assert mine["departed"] == 7
+    assert mine["departed"] >= 6
     assert mine["arrived"] >= 3
 
 

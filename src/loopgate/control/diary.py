@@ -7,7 +7,7 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import Leg as Drawn
-from loopgate.control.ledger import GRANTED, LEFT, REFUSED, Ledger
+from loopgate.control.ledger import GRANTED, LEFT, REFUSED, TRESPASSED, Ledger
 from loopgate.control.places import Leg, Vehicle
 from loopgate.control.way import Way
 
@@ -133,6 +133,8 @@ def write_down(ledger: Ledger, diaries: list[Diary], rows: list[Row]) -> tuple[l
     for what, vehicle, place, reason in ledger.log:
         if what == LEFT:
             rows.append((now_s, vehicle.name, LEAVE, place.name, ""))
+        elif what == TRESPASSED:
+            rows.append((now_s, vehicle.name, ENTER, place.name, reason))
         elif what == GRANTED:
             rows.append((now_s, vehicle.name, GRANT, place.name, "free"))
             diaries[vehicle.row].aim()

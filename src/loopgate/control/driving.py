@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Final
 
 from loopgate.control.accounts import Account, Accounts
+from loopgate.control.brakes import Brakes
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.fronts import Fronts
@@ -84,6 +85,7 @@ class Driving:
         """Where the vehicles are, in the order of `diaries`."""
         self.accounts = Accounts(traffic)
         self.steering = Steering(traffic, self.rows)
+        self.brakes = Brakes(traffic, self.rows)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
@@ -92,8 +94,6 @@ class Driving:
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
         self.is_gated = True
         """Whether vehicles ask for anything. One that does not has a way with one leg, that never ends."""
-        self.overruns = 0
-        """How often the simulator could not stop a vehicle at its line."""
         self.coming: list[Way] = []
         """Those that are to depart in the next step."""
         self.missed: list[Way] = []
@@ -262,6 +262,7 @@ class Driving:
         if self._round.pop(name, None) is not None:
             self._leave_room()
         self.steering.forget(vehicle)
+        self.brakes.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
         self.stops.forget(vehicle)
@@ -325,6 +326,7 @@ class Driving:
         at_m, speeds = self.fronts.at_m.tolist(), (moved_m / self._traffic.step_s).tolist()
         for vehicle in look(self.diaries, at_m, speeds, self.ledger, self.rows):
             self._hold_anew(vehicle)
+        self.brakes.look()
         # Nobody moves in the step in which it departs.
         self.accounts.look(self.diaries[:there], moved_m[:there], self.fronts.tops[:there])
         for name in self._traffic.halted():
@@ -374,6 +376,7 @@ class Driving:
         vehicle = account.vehicle
         if vehicle.held and account.halted_s == inf:
             account.halted_s = now_s
+            self.brakes.forget(vehicle)
             vehicle.halted = True
             self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
 
@@ -391,12 +394,11 @@ class Driving:
         except ClosedLaneError:  # it stands before its line, since it asked in time
             self._traffic.brake(vehicle.name, hard=False)
         except TrafficError:  # too late to stop there
-            self.overruns += 1
-            place = self.wanted(vehicle)
-            self.rows.append((self._traffic.now_s, vehicle.name, Event.OVERRUN, place, ""))
-            self._traffic.brake(vehicle.name)
+            self.brakes.overrun(vehicle)
         else:
-            if not on_lane:
+            if on_lane:
+                self.brakes.holds(vehicle)
+            else:
                 self.steering.lead_back(vehicle, line)
 
     def _hold_anew(self, vehicle: Vehicle) -> None:

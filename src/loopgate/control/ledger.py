@@ -16,6 +16,7 @@ from loopgate.control.refusal import Refusal, Rule
 GRANTED: Final = "granted"
 REFUSED: Final = "refused"
 LEFT: Final = "left"
+TRESPASSED: Final = "trespassed"
 BRAKES: Final = "brakes"
 
 Order = Callable[[list[Vehicle], float], list[Vehicle]]
@@ -70,8 +71,11 @@ class Ledger:
         self.now_s = 0.0
         self.looked_at = self.decisions = 0
         self.log: list[tuple[str, Vehicle, Place, str]] = []
-        """What has happened since somebody took note of it, in order: `GRANTED`, `REFUSED` (for a new
-        reason), `LEFT` by a rear, or `BRAKES` (behind one that has not asked); vehicle, place, reason."""
+        """What has happened since somebody took note of it, in order, each with vehicle, place and reason.
+
+        `GRANTED`, `REFUSED` (for a new reason), `LEFT` by a rear, `TRESPASSED` by a front, `BRAKES` (behind
+        one that has not asked).
+        """
         self.trespasses = 0
         """How often a front was past the end of the last granted leg: should be never."""
         self.refusals: dict[str, int] = {}
@@ -162,7 +166,11 @@ class Ledger:
     def passed(self, vehicle: Vehicle) -> None:
         """Record that the front of a vehicle has come to where it has something to do, or beyond."""
         front_m = vehicle.front_m
-        self.trespasses += vehicle.begins_to_trespass()
+        if vehicle.begins_to_trespass():
+            self.trespasses += 1
+            wanted = vehicle.wanted()
+            if wanted is not None:
+                self.log.append((TRESPASSED, vehicle, wanted, "not granted"))
         gave_back = front_m >= vehicle.back_m
         if gave_back:
             while len(vehicle.bodies) > 1 and front_m >= vehicle.bodies[0].out_m:

@@ -184,7 +184,13 @@ def make_driving(
     )
     if deciding is not None:
         deciding.know(driving.places)
-    lights = ObeyedLights(lamps, signals, [*abstraction.itineraries, *abstraction.later], driving.lights)
+    lights = ObeyedLights(
+        lamps,
+        signals,
+        [*abstraction.itineraries, *abstraction.later],
+        driving.lights,
+        obeys=scenario.rule_for_lights == "obey",
+    )
     around = _Around(lights, *([roads] if roads else []))
     return Laid(driving, around, roads, asked, by_messages)
 

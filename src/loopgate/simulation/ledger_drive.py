@@ -199,7 +199,7 @@ class LedgerDrive:
     @property
     def overruns(self) -> int:
         """Refused vehicles that could not brake for their line: should be none."""
-        return self.driving.overruns
+        return self.driving.brakes.overruns
 
     @property
     def trespasses(self) -> int:

@@ -38,9 +38,15 @@ class ObeyedLights:
     """Figures of the traffic lights that vehicles obey under the ledger."""
 
     def __init__(
-        self, lamps: Lamps, signals: Mapping[str, Signal], itineraries: Iterable[Itinerary], lights: Lights
+        self,
+        lamps: Lamps,
+        signals: Mapping[str, Signal],
+        itineraries: Iterable[Itinerary],
+        lights: Lights,
+        *,
+        obeys: bool,
     ) -> None:
-        self._obeys, self._shown = bool(signals), ShownLights(lamps.program)
+        self._obeys, self._shown = obeys, ShownLights(lamps.program)
         by_movement = {name: (one.lamp.name, one.link) for name, one in signals.items()}
         self._shown.plan(itineraries, by_movement)
         self._lights = lights

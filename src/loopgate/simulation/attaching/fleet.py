@@ -101,7 +101,9 @@ class Fleet:
 
     def report(self) -> dict[str, Any]:
         """Return the figures of lights and ordinary traffic."""
-        lights = ObeyedLights(self._lamps, self._signals, self._itineraries, self._driving.lights)
+        lights = ObeyedLights(
+            self._lamps, self._signals, self._itineraries, self._driving.lights, obeys=bool(self._signals)
+        )
         return {**lights.report(), **self._roads.report()}
 
     def drive_by(self, plan: Plan) -> None:

@@ -4,18 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
 
 import pytest
 
-from builders import system
-from loopgate.errors import GateError
-from loopgate.gates import make_gate
-from loopgate.model import StateId
+from loopgate.gates.certified.crowding import find_crowd
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.ledger_joining import refuse_crowd
 
 CAR = VehicleType()
 TRUCK = replace(CAR, id="truck", length_m=16.0)
@@ -54,33 +48,12 @@ def test_longer_vehicles_make_it_another_plan(roads: RoadNetwork) -> None:
 
 
 @pytest.mark.parametrize(("residents", "fine"), [(2, True), (3, False)])
-def test_a_place_that_is_overfull_gives_nobody_a_slot(residents: int, *, fine: bool) -> None:
-    """Two places of two slots, crossed by a third loop, are fit for two residents, whatever they hold now."""
-    paths = {f"r{k}": "a b" for k in range(residents)} | {"x": "a c", "y": "c a"}
-    now = {"a": 3, "b": 2, "c": 2}
-    robots = system(paths, capacity=now, fifo=("a", "b", "c"), starts={"x": 1})
-    gate = cast("Any", SimpleNamespace(promise="everyone"))
-    room = {StateId(place): 2 for place in "abc"}
-    if fine:
-        refuse_crowd(gate, robots, room)
-    else:
-        with pytest.raises(GateError, match="not every vehicle"):
-            refuse_crowd(gate, robots, room)
-    refuse_crowd(cast("Any", SimpleNamespace(promise="somebody")), robots, room)
-
-
-@pytest.mark.parametrize(("residents", "fine"), [(2, True), (3, False)])
-def test_who_goes_round_leaves_room_for_who_is_to_pass_later(residents: int, *, fine: bool) -> None:
-    """Nobody passes yet, so a gate can be made for all three; but no fourth could ever get through."""
-    paths = {f"r{k}": "a b" for k in range(residents)}
-    room = {"a": 2, "b": 2}
-    robots = system(paths, capacity=room, fifo=("a", "b"), starts={"r1": 1})
-    gate = make_gate("certified", robots)
-    refuse_crowd(gate, robots, room)
-    for way in ("x b y", "a away", "a b"):
-        passing = [[StateId(state) for state in way.split()]]
-        if fine or way == "a b":
-            refuse_crowd(gate, robots, room, passing)
-        else:
-            with pytest.raises(GateError, match="not every vehicle"):
-                refuse_crowd(gate, robots, room, passing)
+def test_vehicles_that_go_round_leave_room_for_one_that_is_to_pass_later(
+    residents: int, *, fine: bool
+) -> None:
+    """Nobody passes yet, so all three could go round; but no fourth could ever get through."""
+    a, b, x, y = range(4)
+    slots, loops = [2, 2, 2, 2], [[a, b]] * residents
+    assert find_crowd(loops, slots, ()) is None
+    for passing in ([x, b, y], [a, y]):
+        assert (find_crowd(loops, slots, [passing]) is None) is fine
