@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from loopgate.audit import audit_events
-from loopgate.drive import used_stops
+from loopgate.control import used_stops
 from loopgate.errors import ScenarioError
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME

@@ -24,6 +24,7 @@ from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
 from loopgate.control.stops import Stops
+from loopgate.control.used_stops import UsedStops
 from loopgate.control.way import Way
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
@@ -86,6 +87,7 @@ class Driving:
         self.accounts = Accounts(traffic)
         self.steering = Steering(traffic, self.rows)
         self.brakes = Brakes(traffic, self.rows)
+        self.used_stops = UsedStops(traffic)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
@@ -263,6 +265,7 @@ class Driving:
             self._leave_room()
         self.steering.forget(vehicle)
         self.brakes.forget(vehicle)
+        self.used_stops.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
         self.stops.forget(vehicle)
@@ -290,6 +293,7 @@ class Driving:
         self.fronts.tops[row] = kind.top
         diary = self.diaries[row] = Diary(vehicle, way, path, self.diaries[row].laps)
         self.accounts.of[vehicle.name].turns_off(diary, by_m)
+        self.used_stops.turned_off(vehicle)
         if vehicle.name in self._round:
             self._round[vehicle.name] = path
         if self._spacing is not None:
@@ -338,6 +342,7 @@ class Driving:
             self.ledger.consider(vehicle)
         self.stops.look()
         self.answer()
+        self.used_stops.look(self.diaries)
         if self._spacing is not None:
             self._spacing.look()
         if self.is_gated:
@@ -377,6 +382,7 @@ class Driving:
         if vehicle.held and account.halted_s == inf:
             account.halted_s = now_s
             self.brakes.forget(vehicle)
+            self.used_stops.made(vehicle, self.diaries[vehicle.row].way)
             vehicle.halted = True
             self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
 
@@ -413,6 +419,7 @@ class Driving:
         elif vehicle.speed > 0.0 and self.diaries[vehicle.row].drawn(vehicle.granted).line.edge == renewed_on:
             self._traffic.release(vehicle.name)
             self._hold(vehicle)
+        self.used_stops.renewed(vehicle)
 
 
 def _behind_m(way: Way) -> float:

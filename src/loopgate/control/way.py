@@ -13,6 +13,7 @@ class Way:
 
     `position` and `front_m`: the leg in which the vehicle starts, and where its front is. `renewed_on`: the
     edge on which its route is renewed; `renews`: by which route, unless the simulator does so by itself.
+    `rounds`: that edge and the next, each with the route that begins there, and the route of that edge alone.
     """
 
     vehicle: str
@@ -27,3 +28,4 @@ class Way:
     renews: str = ""
     keeps_lane: bool = False
     foreseen: bool = True
+    rounds: tuple[tuple[str, str, str], ...] = ()

@@ -34,6 +34,7 @@ def way_of(track: Track, *, foreseen: bool = True) -> Way:
         renews=track.rounds[0].route if track.renews and track.rounds else "",
         keeps_lane=track.keeps_lane,
         foreseen=foreseen,
+        rounds=track.rounds,
     )
 
 
