@@ -105,6 +105,25 @@ def after_a_circle_all_stays_shut() -> None:
     assert hand.decide(25.0) == [("d", "granted")]
 
 
+def after_a_circle_no_slot_is_for_others() -> None:
+    """Keep d and e out of x, though they leave a full place for two free slots, until a has gone."""
+    paths = {"a": "p h", "h": "h x", "x": "x h", "y": "x y", "z": "x y", "d": "d x", "e": "d x"}
+    hand = by_hand(paths, {"p": 2, "h": 2, "x": 3, "y": 3, "d": 2})
+    hand.asks("a", 0.0)
+    assert hand.decide(0.0) == [("a", "deadlock")]
+    for now_s, name in ((20.0, "x"), (21.0, "h"), (22.0, "y"), (23.0, "z")):
+        hand.asks(name, now_s)
+        assert (name, "granted") in hand.decide(now_s)
+        hand.cleared(name)
+        hand.withhold("red", "a")
+    assert len(hand.place("x").bodies) == 1
+    hand.asks("d", 24.0)
+    assert ("d", "service") in hand.decide(24.0)
+    hand.withhold()
+    assert hand.decide(25.0) == [("a", "granted")]
+    assert hand.decide(26.0) == [("d", "granted")]
+
+
 def _crossed() -> ByHand:
     """Return a ledger in which b and c, one behind the other, cross the way of a."""
     paths = {"a": "p q", "b": "u v", "c": "u v"}
@@ -197,6 +216,7 @@ CASES = (
     one_with_room_behind_it_leaves_a_slot_more,
     a_place_off_the_way_is_free,
     after_a_circle_all_stays_shut,
+    after_a_circle_no_slot_is_for_others,
     nobody_sets_out_across_the_way,
     no_way_is_cleared_to_a_slot_that_is_not_left_yet,
     a_way_is_kept_through_red_in_the_end,
