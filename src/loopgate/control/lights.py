@@ -121,15 +121,15 @@ class Lights:
         """
         now_s = self._traffic.now_s
         for vehicle in granted:
-            since_s, over = self._refused.pop(vehicle, (now_s, None))
-            if now_s - since_s > self._longest[0]:
-                self._longest = now_s - since_s, over
+            self._waits_no_more(vehicle, now_s)
             if vehicle.trips:
                 self._under_way[vehicle] = None
         for vehicle in refused:
             if vehicle.reason == "red":
                 lit = next(over for over in vehicle.leg.passes if over.signal is not None)
                 self._refused[vehicle] = vehicle.refused_s["red"], lit
+            else:
+                self._waits_no_more(vehicle, now_s)
         for vehicle in list(self._under_way):
             ahead = [trip for trip in vehicle.trips if trip.over.signal is not None and not trip.lit]
             self.grants += sum(not trip.known for trip in ahead)
@@ -143,6 +143,12 @@ class Lights:
             self._tell(vehicle, closes and ahead[0].committed)
             if not ahead:
                 del self._under_way[vehicle]
+
+    def _waits_no_more(self, vehicle: Vehicle, now_s: float) -> None:
+        """Note that no light keeps a vehicle now."""
+        since_s, over = self._refused.pop(vehicle, (now_s, None))
+        if now_s - since_s > self._longest[0]:
+            self._longest = now_s - since_s, over
 
     def _letter(self, trip: Trip) -> str:
         """Return what the light on a trip shows; nothing if there is none."""
