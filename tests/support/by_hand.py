@@ -121,7 +121,7 @@ class ByHand:
         """Answer the requests; return what vehicles were told that was new."""
         self.ledger.log.clear()
         self.ledger.answer(now_s)
-        said = [(one.name, what, reason) for what, one, _, reason in self.ledger.log]
+        said = [(one.name, what, reason) for what, one, _, reason, _ in self.ledger.log]
         return [(name, reason or "granted") for name, what, reason in said if what in (GRANTED, REFUSED)]
 
     def blockers(self, name: str) -> list[list[str]]:

@@ -122,7 +122,7 @@ class CrossedRoads:
     def decide(self) -> list[int]:
         """Answer the vehicles that ask; return the ones that may go."""
         self.hand.decide(self.now_s)
-        went = [one.number for what, one, _, _ in self.hand.ledger.log if what == GRANTED]
+        went = [one.number for what, one, _, _, _ in self.hand.ledger.log if what == GRANTED]
         for robot in went:
             one = self.vehicles[robot]
             path, after = self.system.paths[robot], one.leg.number

@@ -1,6 +1,8 @@
 """Vehicles that depart while others drive: put in when their place has room for them, and their way is free.
 
-`loopgate.simulation.departures` says why; the rules here are the same.
+One departs when its place has a slot that the gate lets it have, and nobody stands or drives behind its front
+there; no other vehicle gets into the place in that step. Where others keep driving into it, it is closed to
+them for a while, now and then.
 """
 
 from __future__ import annotations
@@ -24,17 +26,25 @@ _AT_LEAST: Final = 0.05
 
 _LONG_S: Final = 120.0
 _IN_TURN: Final = 20
-"""Of so many that are let in one is that which has waited longest, if that long [s]."""
+"""Of so many that are let in one is that which has waited longest, if that long [s], however crowded its way.
+
+With half more trips than a grid can take the worst waits a third less, and as many arrive."""
 
 _PATIENCE_S: Final = 20.0
 """A vehicle that has waited so long for others to drive into its place keeps them out for as long, now and
 then [s]."""
 
 _TAKEN: Final = 0.2
-"""Share of the slots on a way from which on one more vehicle may make less traffic."""
+"""Share of the slots on a way from which on one more vehicle may make less traffic.
+
+With three times as many trips as a grid of one-lane roads can take, most arrive in an hour with a fifth; 3 %
+fewer with 0.15 or 0.25, 18 % fewer with a fifth of all slots in the network."""
 
 _LOST: Final = 0.09
-"""And share of the slots on it that vehicles lose together that are slower than allowed."""
+"""And share of the slots on it that vehicles lose together that are slower than allowed.
+
+A vehicle that stands loses a whole slot; a dense stream that rolls is no crowd. With 0.07 vehicles that
+follow one another every three seconds wait to set out, with 0.11 trips on the grid take 5 % longer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +86,9 @@ class Departures:
         How many all places on the road hold.
     admits
         Whether all can go on with one more, for ever.
+    heeds_crowds
+        Whether vehicles wait while their ways are crowded: not where lights are obeyed, since vehicles that
+        queue at red are no crowd.
     """
 
     def __init__(
@@ -85,7 +98,10 @@ class Departures:
         due: Sequence[Due],
         slots: int,
         admits: Callable[[Way], bool] = lambda _: True,
+        *,
+        heeds_crowds: bool = True,
     ) -> None:
+        self._heeds_crowds = heeds_crowds
         self._traffic, self._driving, self._admits = traffic, driving, admits
         self._coming = deque(due)
         self._by_name = {one.way.vehicle: one for one in due}
@@ -133,6 +149,8 @@ class Departures:
 
     def _is_crowded(self, one: Due) -> bool:
         """Return whether one more vehicle would reduce the traffic on the way."""
+        if not self._heeds_crowds:
+            return False
         limits: dict[Place, float] = {}
         path = self._driving.path(one.way)
         for leg, limit in zip(path[one.way.position :], one.limits[one.way.position :], strict=True):

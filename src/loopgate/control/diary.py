@@ -125,12 +125,19 @@ def look(
     return renewed
 
 
-def write_down(ledger: Ledger, diaries: list[Diary], rows: list[Row]) -> tuple[list[Vehicle], list[Vehicle]]:
-    """Write what the ledger did into the rows; return who was granted, and who is to be held, in order."""
+def write_down(
+    ledger: Ledger, diaries: list[Diary], rows: list[Row], stages: dict[int, str]
+) -> tuple[list[Vehicle], list[Vehicle]]:
+    """Write what the ledger did into the rows; return the vehicles that go, and those to hold, in order.
+
+    `stages`: takes which stage of the gate decided, by the number of the row.
+    """
     moved: dict[Vehicle, None] = {}
     stays: dict[Vehicle, None] = {}
     now_s = ledger.now_s
-    for what, vehicle, place, reason in ledger.log:
+    for what, vehicle, place, reason, stage in ledger.log:
+        if stage:
+            stages[len(rows)] = stage
         if what == LEFT:
             rows.append((now_s, vehicle.name, LEAVE, place.name, ""))
         elif what == TRESPASSED:

@@ -74,6 +74,8 @@ class Driving:
         """The places, by name."""
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
+        self.stages: dict[int, str] = {}
+        """Which stage of the gate decided, by the number of the event among `rows`."""
         self._paths: dict[int, tuple[Drawings, list[Leg]]] = {}
         """The paths, with the legs as they are drawn, by the identity of these."""
         self._pressing, self._spacing = pressing, spacing
@@ -356,7 +358,7 @@ class Driving:
         decisions, began = self.ledger.decisions, perf_counter()
         self.ledger.answer(now_s)
         self.on_answer(self.ledger.decisions - decisions, perf_counter() - began)
-        gone, stay = write_down(self.ledger, self.diaries, self.rows)
+        gone, stay = write_down(self.ledger, self.diaries, self.rows, self.stages)
         for vehicle in gone:
             if vehicle.held:
                 vehicle.held = vehicle.halted = False

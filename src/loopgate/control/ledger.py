@@ -11,7 +11,7 @@ from loopgate.control.chain import closes_by_entering
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import POINT, TOLERANCE_M, Body, Leg, Make, Place, Trip, Vehicle
 from loopgate.control.pressure import Pressure
-from loopgate.control.refusal import Refusal, Rule
+from loopgate.control.refusal import CHAIN, Refusal, Rule
 
 GRANTED: Final = "granted"
 REFUSED: Final = "refused"
@@ -68,10 +68,12 @@ class Ledger:
         """The vehicles that ask, oldest request first."""
         self.keeping: Final = Keeping(self.waiting)
         self.on_grant: Callable[[Vehicle], None] = lambda _: None
+        self.stage_of: Callable[[Vehicle], str] = lambda _: CHAIN
+        """Returns which stage of the gate decides for a vehicle that is let go."""
         self.now_s = 0.0
         self.looked_at = self.decisions = 0
-        self.log: list[tuple[str, Vehicle, Place, str]] = []
-        """What has happened since somebody took note of it, in order, each with vehicle, place and reason.
+        self.log: list[tuple[str, Vehicle, Place, str, str]] = []
+        """What has happened since somebody took note of it: each with vehicle, place, reason and stage.
 
         `GRANTED`, `REFUSED` (for a new reason), `LEFT` by a rear, `TRESPASSED` by a front, `BRAKES` (behind
         one that has not asked).
@@ -170,7 +172,7 @@ class Ledger:
             self.trespasses += 1
             wanted = vehicle.wanted()
             if wanted is not None:
-                self.log.append((TRESPASSED, vehicle, wanted, "not granted"))
+                self.log.append((TRESPASSED, vehicle, wanted, "not granted", ""))
         gave_back = front_m >= vehicle.back_m
         if gave_back:
             while len(vehicle.bodies) > 1 and front_m >= vehicle.bodies[0].out_m:
@@ -329,7 +331,7 @@ class Ledger:
             self.ask(vehicle)
         elif not vehicle.held and not (first.held and first.halted and not first.beside):
             # The first asks, and so does it, too late to stop at the line.
-            self.log.append((BRAKES, vehicle, vehicle.leg.place, ""))
+            self.log.append((BRAKES, vehicle, vehicle.leg.place, "", ""))
 
     def _aim(self, vehicle: Vehicle) -> None:
         """Say where something is to be done next for a vehicle."""
@@ -384,7 +386,7 @@ class Ledger:
             vehicle.reason = refusal.reason
             vehicle.refused_s.setdefault(refusal.reason, self.now_s)
             wanted = vehicle.wanted() or vehicle.leg.place
-            self.log.append((REFUSED, vehicle, wanted, refusal.reason))
+            self.log.append((REFUSED, vehicle, wanted, refusal.reason, refusal.stage))
             self.refusals[refusal.reason] = self.refusals.get(refusal.reason, 0) + 1
         if refusal.each_step:
             self.wake(vehicle)
@@ -407,7 +409,7 @@ class Ledger:
         begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
-        self.log.append((GRANTED, vehicle, after.place, ""))
+        self.log.append((GRANTED, vehicle, after.place, "", self.stage_of(vehicle)))
         self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
         if not vehicle.trips:
@@ -447,7 +449,7 @@ class Ledger:
 
     def _take_out(self, body: Body) -> None:
         """Give back the slot of a body, whose rear has left."""
-        self.log.append((LEFT, body.vehicle, body.place, ""))
+        self.log.append((LEFT, body.vehicle, body.place, "", ""))
         self._give_back(body)
 
     def _give_back(self, body: Body) -> None:

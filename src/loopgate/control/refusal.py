@@ -8,16 +8,19 @@ from typing import Final
 
 from loopgate.control.places import Place, Vehicle
 
+CHAIN: Final = "chain"
+"""The chain rule, as a stage that decides."""
+
 
 class Refusal:
     """Why a vehicle waits, and what wakes it: it is asked about again then.
 
     `until`: a vehicle leaves one of these places, or its line. `passed`: that vehicle's front is at
     `passed_m`. `at_s`: that time comes. One that names nothing, or that something `outside` may lift too,
-    is asked about again in `each_step`.
+    is asked about again in `each_step`. `stage`: which stage of the gate decided, if it was the gate.
     """
 
-    __slots__ = ("at_s", "each_step", "passed", "passed_m", "reason", "until")
+    __slots__ = ("at_s", "each_step", "passed", "passed_m", "reason", "stage", "until")
 
     def __init__(
         self,
@@ -28,8 +31,10 @@ class Refusal:
         passed_m: float = 0.0,
         *,
         outside: bool = False,
+        stage: str = "",
     ) -> None:
         self.reason: Final = reason
+        self.stage: Final = stage
         self.until: Final = until
         self.at_s: Final = at_s
         self.passed: Final = passed

@@ -13,7 +13,7 @@ from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
 from loopgate.control.leading import withheld
 from loopgate.control.places import Vehicle
-from loopgate.control.refusal import Refusal, Rule
+from loopgate.control.refusal import CHAIN, Refusal, Rule
 
 
 def stop(vehicle: Vehicle, _now_s: float) -> Refusal | None:
@@ -53,7 +53,7 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
 
 def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse a move that would close a circle of full places, or lead into one that is there."""
-    return Refusal("deadlock") if full_after(vehicle).circle() else None
+    return Refusal("deadlock", stage=CHAIN) if full_after(vehicle).circle() else None
 
 
 def usual(outside: Sequence[Rule] = (), last: Rule = chain) -> list[Rule]:

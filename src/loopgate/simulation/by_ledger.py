@@ -230,6 +230,7 @@ def open_ledger(
             driving,
             room,
             _admits(scenario, gate, laid, len(ways)),
+            heeds_crowds=scenario.rule_for_lights != "obey",
         )
         looks.append(departures.look)
     rerouting = containment = None

@@ -55,7 +55,10 @@ class LedgerDepartures(Departures):
         driving: Driving,
         slots: int,
         admits: Callable[[Way], bool] | None = None,
+        *,
+        heeds_crowds: bool = True,
     ) -> None:
+        self._heeds_crowds = heeds_crowds
         super().__init__(departures)
         self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
@@ -76,7 +79,7 @@ class LedgerDepartures(Departures):
         """Insert the vehicles that are due and may depart."""
         if self._rules is None:  # all who are there from the beginning are there now
             rules = self._traffic, self._driving, self._due, self._slots
-            self._rules = Rules(*rules, admits=self._admits)
+            self._rules = Rules(*rules, admits=self._admits, heeds_crowds=self._heeds_crowds)
         self._rules.look()
 
     def _may_stay(self, way: Way) -> bool:

@@ -14,6 +14,7 @@ from loopgate.control.accounts import Account
 from loopgate.control.blocking import ahead, blockers, outside
 from loopgate.control.driving import Driving
 from loopgate.control.places import Vehicle
+from loopgate.control.refusal import CHAIN
 from loopgate.control.slack import Slack
 from loopgate.control.way import Way
 from loopgate.errors import TrafficError
@@ -23,9 +24,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.by_messages.answering import STAGE, ByMessages
 from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.traffic.base import Traffic
-
-_CHAIN = "chain"
-"""The stage that decides, as the tables name it."""
 
 
 class LedgerDrive:
@@ -84,7 +82,7 @@ class LedgerDrive:
         """Times of the decisions [us]: each counts as the mean of its step."""
         if self._by_messages:
             return {STAGE: self._times}
-        by_chain = {_CHAIN: self._times} if self._asked is None or self._times.count else {}
+        by_chain = {CHAIN: self._times} if self._asked is None or self._times.count else {}
         return by_chain | (self._asked.times if self._asked else {})
 
     @property
@@ -157,7 +155,9 @@ class LedgerDrive:
         rows = self.driving.rows
         if rows:
             code = self._recorder.code
-            words = [[code(word) for word in row[1:]] for row in rows]
+            stages = self.driving.stages
+            words = [[*map(code, row[1:]), code(stages.get(k, ""))] for k, row in enumerate(rows)]
+            stages.clear()
             self._recorder.passed(np.array([row[0] for row in rows]), np.array(words, dtype=np.int32))
             rows.clear()
 

@@ -11,7 +11,7 @@ from typing import Final
 from loopgate.control.ledger import Ledger, Order
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing
-from loopgate.control.refusal import Refusal, Rule
+from loopgate.control.refusal import CHAIN, Refusal, Rule
 from loopgate.control.rules import chain, usual
 from loopgate.gates import Decision, Gate
 from loopgate.gates.careful import careful
@@ -74,7 +74,15 @@ class AskedGate:
         if vehicle not in self._since_move:
             self._ask(vehicle)
         decision = self._decisions[vehicle]
-        return None if decision.admitted else Refusal(str(decision.reason), at_s=now_s + _REASK_S)
+        return (
+            None
+            if decision.admitted
+            else Refusal(str(decision.reason), at_s=now_s + _REASK_S, stage=decision.stage)
+        )
+
+    def stage_of(self, vehicle: Vehicle) -> str:
+        """Return which stage of the gate decided about a vehicle last."""
+        return self._decisions[vehicle].stage
 
     def _ask(self, vehicle: Vehicle) -> None:
         began, robot = perf_counter(), self._number[vehicle.name]
@@ -227,9 +235,9 @@ class Deciding:
         everyone = chained and getattr(gate, "promise", "") == "everyone"
         ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
         if asked is None or chained:
-            ledger.rules[-1], ledger.on_grant = chain, _tell_nobody
+            ledger.rules[-1], ledger.on_grant, ledger.stage_of = chain, _tell_nobody, _by_chain
         else:
-            ledger.rules[-1], ledger.on_grant = asked.allows, asked.moved
+            ledger.rules[-1], ledger.on_grant, ledger.stage_of = asked.allows, asked.moved, asked.stage_of
             asked.go_by(system, gate)
         if asked is not None:
             asked.decides = not chained
@@ -240,6 +248,11 @@ class Deciding:
         """Take note of all places, by name."""
         if self._negotiated is not None:
             self._negotiated.places = places
+
+
+def _by_chain(_: Vehicle) -> str:
+    """Return the stage that decides where the chain rule does."""
+    return CHAIN
 
 
 def _tell_nobody(_: Vehicle) -> None:
