@@ -4,99 +4,18 @@ from __future__ import annotations
 
 from math import inf
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
+from among_others import CAR, Scene
+from fake_traffic import FakeTraffic
 
 from loopgate.control.blocking import outside
 from loopgate.control.courtesy import Courtesy
-from loopgate.control.ledger import Ledger
-from loopgate.control.ordinary import traffic
-from loopgate.control.places import Junction, Leg, Make, Movement, Pass, Place, Vehicle, path_of
-from loopgate.control.roads import (
-    Across,
-    Approach,
-    Coming,
-    Edge,
-    Lane,
-    Lookout,
-    Other,
-    Rear,
-    Stretch,
-    Turn,
-)
-from loopgate.control.sight import Map, Sight
-from loopgate.control.slack import Slack
-
-CAR = Make(5.0, 2.6, 4.5, 10.0, 1.0)
-
-
-class Told:
-    """A simulation that remembers what vehicles have been told."""
-
-    step_s = 1.0
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-        self.speeds: dict[str, float | None] = {}
-        self.first: dict[str, bool] = {}
-
-    def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
-        self.speeds[vehicle] = speed_mps
-
-    def give_way(self, vehicle: str, *, gives: bool) -> None:
-        self.first[vehicle] = not gives
-
-
-class Scene:
-    """A vehicle 10 m before the line of `here`; `next` holds two behind a junction of 20 m; `foe` crosses."""
-
-    def __init__(self, **figures: Any) -> None:  # noqa: ANN401  of the lookout
-        edges = {name: Edge(100.0, 10.0) for name in ("here", "next", "side")}
-        self.lanes = {
-            name: Lane(name, edges[name], 100.0, 10.0, inside=False) for name in ("here", "next", "side")
-        }
-        self.foe = Lane("foe", Edge(inf, 0.0), 20.0, 10.0, inside=True)
-        self.turn = Turn(20.0)
-        self.edges = edges
-        self.told = Told()
-        self.sight = Sight(Map({}, {}, {}), self.told)  # type: ignore[arg-type]
-        self.slack = Slack()
-        places = Place("here", 9), Place("next", figures.pop("slots", 9))
-        self.path: list[Leg] = path_of(list(places), closed=True)
-        here, after = self.path
-        here.stretch = Stretch(self.lanes["here"], 0.0, 100.0, [], [])
-        after.stretch = Stretch(self.lanes["next"], 0.0, 100.0, [], [])
-        for leg, begin_m in ((here, 0.0), (after, 120.0)):
-            leg.begin_m, leg.end_m = begin_m, begin_m + 100.0  # type: ignore[misc]
-        over = Pass(Movement("over", Junction()), 10.0, -inf)
-        over.lookout = Lookout(
-            [Across(self.foe, 15.0, unseen=False)], [Approach(self.turn)], 0.0, 20.0, 10.0, **figures
-        )
-        here.passes = [over]
-        self.slack.know(self.path)
-        self.rule = traffic(self.sight, self.slack)
-        self.ledger = Ledger([self.rule])
-        self.car = self.ledger.take_in("car", self.path, 0, CAR, 220.0)
-        self.car.front_m, self.car.speed = 90.0, 0.0
-
-    def put(self, lane: str, position_m: float, speed: float = 0.0, length_m: float = 5.0) -> Other:
-        """Put an ordinary vehicle on the road."""
-        other = Other(f"o{len(self.sight.others)}", length_m, 2.6, 4.5, 1.0)
-        other.parks = False
-        other.position_m, other.speed = position_m, speed
-        other.lane = self.foe if lane == "foe" else self.lanes[lane]
-        other.lane.fronts.append(other)
-        self.sight.others[other.name] = other
-        return other
-
-    def let_come(self, other: Other, left_m: float) -> None:
-        """Let a vehicle be so far before the turn across."""
-        self.turn.coming.append(Coming(other, self.turn, other.position_m + left_m, 10.0, first=True))
-
-    def is_refused(self, now_s: float = 0.0) -> bool:
-        """Return whether ordinary traffic keeps the vehicle."""
-        return self.rule(self.car, now_s) is not None
+from loopgate.control.lamps import Lamp
+from loopgate.control.ordinary import is_too_full
+from loopgate.control.places import Vehicle
+from loopgate.control.roads import Approach, Edge, Lane, Rear, Stretch
+from loopgate.traffic.base import Light, Program
 
 
 def test_nobody_is_in_the_way_of_one_alone() -> None:
@@ -136,10 +55,56 @@ def test_one_that_comes_is_in_the_way_unless_it_passes_before_or_after(
     assert scene.is_refused() == refused
 
 
+@pytest.mark.parametrize(
+    ("left_m", "speed", "refused"),
+    [(36.0, 3.0, True), (40.0, 10.0, True), (2.0, 10.0, False), (90.0, 7.5, False)],
+)
+def test_one_that_comes_slowly_may_drive_faster(left_m: float, speed: float, *, refused: bool) -> None:
+    """The vehicle takes some 7 s to be over: 12 s at the other's pace are 5 s at the limit."""
+    scene = Scene()
+    scene.let_come(scene.put("side", 0.0, speed), left_m)
+    assert scene.is_refused() is refused
+
+
+@pytest.mark.parametrize(("letter", "refused"), [("r", False), ("G", True)])
+def test_one_that_has_a_red_light_does_not_come(letter: str, *, refused: bool) -> None:
+    """Its right of way counts only while its light is green."""
+    lights = FakeTraffic({})
+    lights.programs["t"] = Program((), fixed=False)
+    lights.lights["t"] = Light(letter, 0.0)
+    scene = Scene()
+    lookout = scene.path[0].passes[0].lookout
+    assert lookout is not None
+    lookout.approaches[:] = [Approach(scene.turn, Lamp("t", lights), 0)]
+    scene.let_come(scene.put("side", 0.0, 10.0), 40.0)
+    assert scene.is_refused() is refused
+
+
 def test_one_that_stands_at_its_line_is_in_the_way_until_it_seems_to_wait_for_something_else() -> None:
+    """After it had to stand for something else it may be about to set out anew."""
     scene = Scene()
     scene.let_come(scene.put("side", 95.0), 5.0)
     assert [scene.is_refused(float(now_s)) for now_s in range(8)] == [True] * 5 + [False] * 3
+    assert scene.is_refused(38.0)
+
+
+def test_ordinary_vehicles_take_room_in_the_next_place() -> None:
+    """Three under the gate and nine ordinary ones leave 10 m of 100; one more on its way there takes that."""
+    scene = Scene()
+    junction = Lane("junction", Edge(inf, 0.0), 20.0, 10.0, inside=True)
+    scene.path[1].stretch = Stretch(scene.lanes["next"], 0.0, 100.0, [junction], [])
+    for number in range(3):
+        scene.ledger.take_in(f"w{number}", scene.path, 1, CAR, 220.0)
+    for number in range(9):
+        scene.put("next", 100.0 - 7.5 * number)
+    assert not is_too_full(scene.car)
+    last = scene.put("foe", 10.0)
+    scene.foe.fronts.clear()
+    junction.fronts.append(last)
+    assert is_too_full(scene.car)
+    scene.ledger.ask(scene.car)
+    (some,) = outside(scene.car, scene.slack, scene.ledger.vehicles.values())
+    assert sorted(some) == sorted([*(f"o{number}" for number in range(10)), "w0", "w1", "w2"])
 
 
 def test_ordinary_vehicles_take_slots_and_a_slot_in_five_is_theirs() -> None:

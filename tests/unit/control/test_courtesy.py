@@ -1,0 +1,134 @@
+"""Vehicles with grants give way to ordinary ones before junctions, without SUMO."""
+
+from __future__ import annotations
+
+import pytest
+from among_others import Scene
+
+from loopgate.control.courtesy import Courtesy
+from loopgate.control.roads import Across, Lookout, Other
+
+Arrivals = list[tuple[float, float]]
+"""Vehicles that come to the turn across: how far before it they are [m], and how fast [m/s]."""
+
+COMES: Arrivals = [(40.0, 10.0)]
+
+
+class Way(Scene):
+    """The vehicle has its grant; the junction begins at 100 m."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ledger.ask(self.car)
+        assert self.ledger.answer(0.0) == [self.car]
+        self.courtesy = Courtesy(self.told)  # type: ignore[arg-type]
+        self.courtesy.look([self.car])
+
+    def tells(self, arrivals: Arrivals, *, front_m: float, speed: float) -> list[float | None]:
+        """Return what the vehicle is told in a step."""
+        self.turn.coming.clear()
+        for left_m, other_speed in arrivals:
+            other = Other("o", 5.0, 2.6, 4.5, 1.0)
+            other.speed = other_speed
+            self.let_come(other, left_m)
+        self.car.front_m, self.car.speed = front_m, speed
+        self.told.now_s += 1.0
+        self.told.kept.clear()
+        self.courtesy.look([])
+        return [limit for _, limit in self.told.kept]
+
+    def look_out(self, *, unseen: bool = False, wait_m: float = 0.0, waits_in_way: bool = False) -> None:
+        """Let the movement be another one."""
+        before = self.path[0].passes[0].lookout
+        assert before is not None
+        across = [Across(self.foe, 15.0, unseen=unseen)]
+        self.path[0].passes[0].lookout = Lookout(
+            across, before.approaches, 0.0, 20.0, 10.0, wait_m, waits_in_way=waits_in_way
+        )
+
+    def goes_first(self) -> bool:
+        """Return whether the vehicle has been told to keep no right of way."""
+        return self.told.first.get("car", False)
+
+
+def test_a_vehicle_that_stands_at_its_line_sets_out_when_no_other_comes() -> None:
+    """SUMO's right of way, which stopped it, may let both go at once; after a minute it decides alone."""
+    way = Way()
+    assert way.tells([], front_m=98.0, speed=0.0) == []
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == []
+    assert way.tells([], front_m=98.0, speed=0.0) == [None]
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
+    way.told.now_s += 60.0
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [None]
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == []
+
+
+def test_a_vehicle_far_before_its_line_is_not_told_to_stand() -> None:
+    """It stands in a queue, and not to set out."""
+    way = Way()
+    assert way.tells(COMES, front_m=60.0, speed=0.0) == []
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
+
+
+def test_a_vehicle_slows_down_as_late_as_it_can_and_stops_before_the_junction() -> None:
+    """At 10 m/s it needs 11 m to brake; one that can no more drives on, and one that is alone too."""
+    way = Way()
+    assert way.tells(COMES, front_m=70.0, speed=10.0) == []
+    assert way.tells([], front_m=84.0, speed=10.0) == []
+    assert way.tells(COMES, front_m=95.0, speed=10.0) == []
+    way = Way()
+    front_m, speed = 80.0, 10.0
+    for _ in range(12):
+        (told,) = way.tells([(22.5, 2.5)], front_m=front_m, speed=speed) or [speed]
+        assert told is not None
+        assert told >= speed - 4.5 - 1e-9
+        speed, front_m = told, front_m + told
+    assert front_m == pytest.approx(99.5)
+    assert way.tells([], front_m=front_m, speed=speed) == [None]
+
+
+def test_a_vehicle_under_way_gives_way_to_one_that_sumo_does_not_see() -> None:
+    """One that stands across the way is SUMO's to see, unless it does not know that the two ways touch."""
+    way = Way()
+    way.put("foe", 3.0)
+    assert way.tells([], front_m=84.0, speed=10.0) == []
+    way.look_out(unseen=True)
+    (told,) = way.tells([], front_m=84.0, speed=10.0)
+    assert told is not None
+    assert told < 10.0
+
+
+def test_a_vehicle_that_drove_in_when_no_other_came_does_not_wait_inside() -> None:
+    """Where it would be in the way of one that departs just then; not where it drove in by right of way."""
+    way = Way()
+    way.look_out(wait_m=8.0, waits_in_way=True)
+    assert way.tells([], front_m=98.0, speed=0.0) == []
+    assert way.tells(COMES, front_m=99.5, speed=6.0) == []
+    assert not way.goes_first()
+    way.tells(COMES, front_m=102.0, speed=4.0)
+    assert way.goes_first()
+    way.tells([(10.0, 10.0)], front_m=103.0, speed=4.0)  # it cannot stop any more
+    assert not way.goes_first()
+    way.tells(COMES, front_m=104.0, speed=4.0)
+    assert way.goes_first()
+    way.tells(COMES, front_m=108.5, speed=4.0)
+    assert not way.goes_first()
+
+
+def test_a_vehicle_that_drove_in_by_sumos_right_of_way_keeps_that_inside() -> None:
+    """It gave way for a minute before."""
+    way = Way()
+    way.look_out(wait_m=8.0, waits_in_way=True)
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
+    way.told.now_s += 60.0
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [None]
+    way.tells([], front_m=102.0, speed=4.0)
+    assert not way.goes_first()
+
+
+def test_a_vehicle_that_leaves_is_told_nothing_more() -> None:
+    way = Way()
+    assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
+    way.courtesy.forget(way.car)
+    assert way.tells([], front_m=98.0, speed=0.0) == []
