@@ -1,0 +1,76 @@
+"""Vehicles without SUMO on loops of their own that share one place: what drives them, and the traffic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from fake_traffic import FakeTraffic, FakeVehicle
+
+from loopgate.abstraction.itinerary import Leg
+from loopgate.control.diary import Row
+from loopgate.control.driving import Driving
+from loopgate.control.layout import Layout
+from loopgate.control.ledger import Ledger
+from loopgate.control.rules import usual
+from loopgate.control.way import Way
+from loopgate.model import StateId
+from loopgate.network.loop import LanePosition
+
+OWN_M, SHARED_M = 200.0, 60.0
+LAP_M = OWN_M + SHARED_M
+
+
+def vehicle_at(name: str, front_m: float) -> FakeVehicle:
+    """Return a vehicle on a loop with an edge for its own place and one for the shared place."""
+    return FakeVehicle([(f"{name}p", OWN_M), (f"{name}s", SHARED_M)], front_m)
+
+
+def way_of(name: str, front_m: float, *, own: str = "", rounds: bool = False) -> Way:
+    """Return the way of a vehicle: its `own` place, by default ``p`` and its name, and the place ``s``.
+
+    `rounds`: whether it has routes on which its stops are forgotten.
+    """
+    legs = (
+        Leg(StateId(own or f"p{name}"), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
+        Leg(StateId("s"), 199.0, 260.0, line=LanePosition(f"{name}s", 0, 59.9)),
+    )
+    edges = ((0.0, f"{name}p"), (OWN_M, f"{name}s"))
+    routes = ((f"{name}p", "round", "first"), (f"{name}s", "onward", "second"))
+    return Way(name, name, LAP_M, 10.0, legs, edges, 0, front_m, f"{name}p", rounds=routes if rounds else ())
+
+
+class SharedRoad:
+    """Vehicles ``v0``, ``v1`` and so on, with their fronts there [m]; each place holds one."""
+
+    def __init__(self, *starts_m: float, rounds: bool = False) -> None:
+        self.ways = [way_of(f"v{k}", front_m, rounds=rounds) for k, front_m in enumerate(starts_m)]
+        slots: dict[str, int] = {leg.state: 1 for way in self.ways for leg in way.legs}
+        self.traffic = FakeTraffic({way.vehicle: vehicle_at(way.vehicle, way.front_m) for way in self.ways})
+        layout = Layout(slots, [way.legs for way in self.ways])
+        self.driving = Driving(self.traffic, layout, Ledger(usual()))
+        self.driving.take_in(self.ways)
+
+    @property
+    def ledger(self) -> Ledger:
+        """The ledger."""
+        return self.driving.ledger
+
+    def drive(self, until_s: float) -> None:
+        """Drive until a time [s]."""
+        while self.traffic.now_s < until_s:
+            self.driving.step()
+
+    def drive_to(self, event: str) -> Row:
+        """Drive until something has happened; return when, to which vehicle, and where."""
+        while not self.rows(event):
+            self.driving.step()
+            assert self.traffic.now_s < 1000.0
+        return self.rows(event)[0]
+
+    def rows(self, *events: str) -> Sequence[Row]:
+        """Return what has happened of these kinds."""
+        return [row for row in self.driving.rows if row[2] in events]
+
+    def laps(self) -> list[int]:
+        """Return how many laps each vehicle has driven."""
+        return [account.laps for account in self.driving.accounts.of.values()]
