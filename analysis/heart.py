@@ -38,10 +38,10 @@ from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.by_ledger import make_driving, slots_of
-from loopgate.simulation.ledger_departures import due_of
-from loopgate.simulation.ledger_joining import NEVER_FULL
-from loopgate.simulation.ledger_leading import way_of
+from loopgate.simulation.gated_departures import due_of
+from loopgate.simulation.gated_run import make_driving, slots_of
+from loopgate.simulation.joined_gate import NEVER_FULL
+from loopgate.simulation.leading import way_of
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from math import isfinite
-from typing import Any, ClassVar, cast
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -22,7 +22,6 @@ from loopgate.folders import temporary_folder
 from loopgate.model import System
 from loopgate.negotiation.base import Request, View
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.ledger_drive import LedgerDrive
 from loopgate.simulation.run import open_session
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
@@ -182,7 +181,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
 
     @staticmethod
     def _observations(session: Session) -> dict[str, Observation]:
-        drive, now_s = cast("LedgerDrive", session.engine), session.traffic.now_s
+        drive, now_s = session.engine, session.traffic.now_s
         seen = {vehicle.name: _seen(vehicle, now_s) for vehicle in drive.vehicles}
         return {agent: np.clip(np.array(one, dtype=np.float32), 0.0, 1.0) for agent, one in seen.items()}
 

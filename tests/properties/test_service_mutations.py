@@ -15,7 +15,7 @@ from loopgate.control.keeping import Keeping
 from loopgate.control.places import Vehicle
 from loopgate.control.pressure import Pressure
 from loopgate.control.refusal import Refusal
-from loopgate.simulation.ledger_gate import Negotiated
+from loopgate.simulation.asked_gate import Negotiated
 
 LOOK: Final = Keeping.look
 KEPT: Final = keeping.kept

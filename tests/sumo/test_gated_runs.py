@@ -16,7 +16,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.errors import PluginError
 from loopgate.results.recorder import read_events
 from loopgate.simulation import run as runs
-from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import start_traffic
@@ -221,16 +221,16 @@ def test_were_a_wake_missed_that_would_be_noticed(folder: Path, monkeypatch: pyt
 def waiting_though_free(out: Path, monkeypatch: pytest.MonkeyPatch) -> int:
     """Drive on the grid; return how often a vehicle waited that no rule refused and nobody was to ask."""
     found = 0
-    step = LedgerDrive.step
+    step = Drive.step
 
-    def look(self: LedgerDrive) -> None:
+    def look(self: Drive) -> None:
         nonlocal found
         step(self)
         ledger = self.driving.ledger
         waiting = [one for one in ledger.waiting if one.leg.place.line[0] is one]
         found += sum(not (ledger.why_not(one) or one.woken) for one in waiting)
 
-    monkeypatch.setattr(LedgerDrive, "step", look)
+    monkeypatch.setattr(Drive, "step", look)
     crowded = Scenario(network=GRID, vehicles=330, loops=40, negotiation="pressure:crowded=2")
     simulate(replace(crowded, duration_s=100.0), out)
     return found

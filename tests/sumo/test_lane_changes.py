@@ -13,7 +13,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.network import LaneSpan
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -44,9 +44,9 @@ def test_vehicles_change_lanes_in_the_stretches_and_nowhere_else(
     loop_of = {start.vehicle: start.loop.id for start in assembly.starts}
     seen: dict[str, tuple[str, float]] = {}
     changes: list[str] = []
-    step = LedgerDrive.step
+    step = Drive.step
 
-    def look(self: LedgerDrive) -> None:
+    def look(self: Drive) -> None:
         step(self)
         for driver in self.vehicles:
             lane, position = self._traffic.lane(driver.name)
@@ -63,7 +63,7 @@ def test_vehicles_change_lanes_in_the_stretches_and_nowhere_else(
                 assert stretch.begin_m + LENGTH_M <= position <= stretch.end_m
                 changes.append(driver.name)
 
-    monkeypatch.setattr(LedgerDrive, "step", look)
+    monkeypatch.setattr(Drive, "step", look)
     summary = simulate(scenario)
     assert (summary["collisions"], summary["trespasses"], summary["audit"]) == (0, 0, "clean")
     assert len(changes) > 60

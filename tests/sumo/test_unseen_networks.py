@@ -11,7 +11,7 @@ from made_networks import narrow_streets, netgenerate, roundabouts
 from loopgate.abstraction.stretches import narrow_lanes
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.simulation.ledger_drive import LedgerDrive
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -80,15 +80,15 @@ def test_streets_too_narrow_for_two_work_and_nobody_meets_on_them(
     network = RoadNetwork.open(net)
     pairs = narrow_lanes(network, [edge.lanes[0].id for edge in network.edges.values()])
     assert len(pairs) >= 10
-    step, seen = LedgerDrive.step, set[str]()
+    step, seen = Drive.step, set[str]()
 
-    def look(self: LedgerDrive) -> None:
+    def look(self: Drive) -> None:
         step(self)
         on = {self._traffic.lane(driver.name)[0] for driver in self.vehicles}
         seen.update(on)
         assert not any(x in on and y in on for x, y in pairs)
 
-    monkeypatch.setattr(LedgerDrive, "step", look)
+    monkeypatch.setattr(Drive, "step", look)
     drive(net, tmp_path / "run", vehicles=24)
     assert seen >= {lane for pair in pairs for lane in pair}
 

@@ -17,7 +17,7 @@ from loopgate.gates import Gate, make_gate
 from loopgate.model import Configuration, System
 from loopgate.negotiation.base import Negotiation
 from loopgate.negotiation.pressure import Pressure
-from loopgate.simulation.ledger_gate import Deciding
+from loopgate.simulation.asked_gate import Deciding
 
 AFTER_S = 20.0
 """The age from which on requests are served in `by_hand` [s]."""

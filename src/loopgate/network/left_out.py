@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 from loopgate.network.clock import as_number
 from loopgate.network.departures import FLOW_ATTRIBUTES
 from loopgate.network.stops import STOP_ATTRIBUTES
-from loopgate.network.trips import Led
+from loopgate.network.trips import LedVehicle
 from loopgate.reading import counted
 
 _OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNumber", "containerNumber"}
@@ -116,7 +116,7 @@ def _is_done_anyway(name: str, value: str) -> bool:
     return not math.isnan(figure) and (name == "departPos" or _AS_IT_IS.get(name) == figure)
 
 
-def wayless(path: Path, led: Led) -> Iterator[str]:
+def wayless(path: Path, led: LedVehicle) -> Iterator[str]:
     """Return a line that names the trips that are left out because no way connects their ends."""
     lost = [name for name, ways in led.items() if not any(ways.values())]
     if lost:

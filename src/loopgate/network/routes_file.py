@@ -28,7 +28,7 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, Led, closes, drives_once, lead_trips, one_round
+from loopgate.network.trips import MIDDLE, LedVehicle, closes, drives_once, lead_trips, one_round
 from loopgate.network.ungated import UngatedFleet, take_ungated
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
@@ -237,7 +237,7 @@ class _Found:
     network: RoadNetwork
     places: Mapping[str, StoppingPlace]
     once: bool
-    led: Led = field(default_factory=dict)
+    led: LedVehicle = field(default_factory=dict)
     """The ways of trips: to be known before vehicles are collected."""
     routes: dict[str, _Route] = field(default_factory=dict)
     """By name."""

@@ -33,7 +33,7 @@ _ENDS = (
 MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
 """Attributes that say where a trip leads in between."""
 
-Led = Mapping[str, Mapping[str, str]]
+LedVehicle = Mapping[str, Mapping[str, str]]
 """Edges by trip, and by class of vehicles; none where there is no way."""
 
 _CAR = "passenger"
@@ -99,7 +99,7 @@ def lead_trips(
     beside: Sequence[Path],
     *,
     classes: Mapping[str, Mapping[str, str]],
-) -> Led:
+) -> LedVehicle:
     """Return the quickest route, found by SUMO's router, of each element that names only its ends.
 
     One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
@@ -120,7 +120,7 @@ def lead_trips(
 
     Returns
     -------
-    Led
+    LedVehicle
         The edges of each, by its name, for each class of vehicles from which its type is drawn.
     """
     asked = [(source, element) for source, element in elements if not _has_way(element)]

@@ -13,7 +13,7 @@ from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.leading import Leads, Led
+from loopgate.simulation.leading import Leading, LedVehicle
 from loopgate.simulation.roadside import Roadside
 from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
@@ -98,7 +98,7 @@ class Containment:
         standing: Standing,
         ways: WaysRound,
         traffic: Traffic,
-        engine: Leads,
+        engine: Leading,
         recorder: Recorder,
         *,
         waits: bool = False,
@@ -214,7 +214,7 @@ class Containment:
         Vehicles that have another way keep out of these; a vehicle that has none may wait there.
         """
         lost: dict[str, None] = {}
-        firsts: dict[str, Led] = {}
+        firsts: dict[str, LedVehicle] = {}
         for driver in self._engine.driver_of.values():
             place = driver.leg(driver.granted).state
             if driver.settled and place not in firsts and driver in self._engine.line(place)[:1]:
@@ -232,7 +232,7 @@ class Containment:
                 return lost
             lost |= dict.fromkeys(sorted(more))
 
-    def _cut_off(self, driver: Led, lost: Container[str]) -> bool:
+    def _cut_off(self, driver: LedVehicle, lost: Container[str]) -> bool:
         """Return whether the first vehicle of a place cannot go on by its way."""
         place = driver.leg(driver.granted + 1).state
         if place in self.blocked or (place in lost and self._is_full(place)):
@@ -245,7 +245,7 @@ class Containment:
         """Return whether a place has been granted to as many vehicles as it holds."""
         return len(self._engine.line(place)) >= self._engine.slots(place)
 
-    def _has_way(self, driver: Led) -> bool:
+    def _has_way(self, driver: LedVehicle) -> bool:
         """Return whether a vehicle can go on by some way."""
         ways = self._ways.others(driver)
         return not self._standing.keeps_loop(driver.id) and any(
@@ -292,18 +292,18 @@ class Containment:
                     self._leave(driver)
         self.roadside.look(self.blocked.keys() | self._lost.keys())
 
-    def _leave(self, driver: Led) -> None:
+    def _leave(self, driver: LedVehicle) -> None:
         """Let a vehicle without a way leave the road, with ``standing="leave"``; not a vehicle with stops."""
         if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
             self.roadside.take(driver)
 
-    def _turn(self, driver: Led, track: Track, position: int) -> None:
+    def _turn(self, driver: LedVehicle, track: Track, position: int) -> None:
         """Lead a vehicle on by another way from its place, if everyone can go on then."""
         before = driver.granted
         if self._everyone_goes_on(driver, track) and self._engine.turn_off(driver.id, track, position):
             self.turns[driver.id].append(TurnOff(before, track.loop, position))
 
-    def _everyone_goes_on(self, driver: Led, track: Track) -> bool:
+    def _everyone_goes_on(self, driver: LedVehicle, track: Track) -> bool:
         """Return whether (S) holds with a vehicle on another way."""
         every = self._engine.driver_of.values()
         tracks = [other.track if other is not driver else track for other in every]

@@ -1,121 +1,264 @@
-"""What leads vehicles other ways asks of what drives them: tables (`loopgate.drive`), or the ledger."""
+"""Leads vehicles other ways than their own: round incidents, or where another way is quicker."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Container, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from typing import Protocol
+from dataclasses import replace
+from math import inf
 
 from loopgate.abstraction.itinerary import Leg
 from loopgate.abstraction.track import Track
+from loopgate.control.blocking import ahead
+from loopgate.control.driving import Driving
+from loopgate.control.leading import wait_again, wait_for_nothing
+from loopgate.control.places import Make, Vehicle
+from loopgate.control.rules import chain
+from loopgate.control.way import Way
+from loopgate.traffic.base import Dynamics, Traffic
 
 
-class Led(Protocol):
-    """A vehicle that may be led another way. Its legs are numbered along its endless way."""
+def way_of(track: Track, *, foreseen: bool = True) -> Way:
+    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
+    return Way(
+        vehicle=track.vehicle,
+        loop=track.loop,
+        lap_m=float(track.lap_m),
+        top=float(track.top_speed_mps),
+        legs=track.legs,
+        edges=track.edges,
+        position=track.start_position,
+        front_m=float(track.front_m),
+        renewed_on=track.rerouted_on,
+        renews=track.rounds[0].route if track.renews and track.rounds else "",
+        keeps_lane=track.keeps_lane,
+        foreseen=foreseen,
+        rounds=track.rounds,
+    )
 
-    @property
-    def id(self) -> str:
-        """Its name."""
 
-    @property
-    def track(self) -> Track:
-        """Its way."""
+class LedVehicle:
+    """A vehicle of the ledger that may be led another way, and may be its owner's."""
+
+    def __init__(self, driving: Driving, vehicle: Vehicle, track: Track) -> None:
+        self._driving, self.vehicle, self.track = driving, vehicle, track
+        self.id = vehicle.name
 
     @property
     def granted(self) -> int:
         """The last leg granted to it."""
+        return self.vehicle.granted
 
     @property
     def held(self) -> range:
         """The legs whose places it holds."""
+        return range(self.granted + 1 - len(self.vehicle.bodies), self.granted + 1)
 
     @property
     def crossed(self) -> range:
         """The legs behind whose lines its rear is not yet over the junction."""
+        vehicle = self.vehicle
+        if not vehicle.trips:
+            return range(0)
+        return range(self.held[vehicle.bodies.index(vehicle.trips[0].into)] - 1, self.granted)
 
     @property
     def settled(self) -> bool:
         """Whether it is in one place, and holds nothing else."""
+        return self.vehicle.is_settled()
 
     @property
     def speed_mps(self) -> float:
         """Its speed in the last step [m/s]."""
-
-    @property
-    def front_m(self) -> float:
-        """Where its front was after the last step, in arc length that grows from lap to lap [m]."""
-
-    @property
-    def line_m(self) -> float:
-        """Where the last granted leg ends [m]."""
+        return self.vehicle.speed
 
     @property
     def stops_here(self) -> bool:
         """Whether it is to stop before it gets to the end of its last grant, or does."""
+        return self.vehicle.stops_here()
+
+    @property
+    def front_m(self) -> float:
+        """Where its front was after the last step [m]."""
+        return self.vehicle.front_m
+
+    @property
+    def line_m(self) -> float:
+        """Where the last granted leg ends [m]."""
+        return self.vehicle.line_m
+
+    @property
+    def offset_m(self) -> float:
+        """How much more that arc length is than what its odometer reads [m]."""
+        return self._driving.fronts.offset_m(self.vehicle.row)
+
+    @property
+    def length_m(self) -> float:
+        """Its length [m]."""
+        return self.vehicle.make.length_m
+
+    @property
+    def accel_mps2(self) -> float:
+        """Its acceleration [m/s2]."""
+        return self.vehicle.make.accel
+
+    @property
+    def decel_mps2(self) -> float:
+        """Its deceleration [m/s2]."""
+        return self.vehicle.make.decel
+
+    @property
+    def stop_m(self) -> float:
+        """Where it stops next by itself [m]; infinity if it does not."""
+        return self.vehicle.stop_m
+
+    @property
+    def halted(self) -> bool:
+        """Whether it stands at the line at which it is held."""
+        return self._driving.accounts.of[self.id].halted_s < inf
+
+    def drives_like(self, can: Dynamics, step_s: float) -> None:
+        """Take over what it can do; one that is told to drive beyond any limit goes on so."""
+        vehicle, haste = self.vehicle, max(1.0, can.speed_factor)
+        top = self.track.top_speed_mps * haste
+        if vehicle.speed > top:
+            top = vehicle.speed + can.accel_mps2 * step_s
+        before = vehicle.make
+        now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste)
+        if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
+            vehicle.make = Make(*now, foreseen=before.foreseen)
+            self._driving.fronts.tops[vehicle.row] = top
+            self._driving.ledger.consider(vehicle)  # it may have to ask sooner
 
     def leg(self, number: int) -> Leg:
         """Return a leg of its way."""
+        return self.track.legs[number % len(self.track.legs)]
 
     def left_m(self, state: str) -> float:
         """Return how far it is to the end of a place that it holds [m]."""
+        vehicle = self.vehicle
+        for body in vehicle.bodies:
+            if body.place.name == state:
+                return body.out_m - vehicle.make.length_m - vehicle.front_m
+        return vehicle.left_m()
 
 
-class Leads(Protocol):
-    """What leads vehicles other ways: by the name of a vehicle, or of a place."""
+class Leading:
+    """Leads vehicles other ways, by the name of a vehicle or of a place.
+
+    Parameters
+    ----------
+    driving
+        Drives the vehicles.
+    tracks
+        Of all vehicles, also of those to come, and of all other ways; the ways are laid.
+    """
+
+    arrived: Container[str] = ()
+    """Who has arrived is not known any longer."""
+
+    def __init__(self, traffic: Traffic, driving: Driving, tracks: Iterable[Track]) -> None:
+        self._traffic, self._driving, self._ledger = traffic, driving, driving.ledger
+        tracks = list(tracks)
+        self._tracks = {track.vehicle: track for track in tracks}
+        self._laid = {id(track.legs) for track in tracks}
+        driving.lay([way_of(track) for track in tracks])
+        self._known: dict[str, LedVehicle] = {}
+        self._seen = -1
+        self._withheld: AbstractSet[str] = frozenset()
 
     @property
-    def driver_of(self) -> Mapping[str, Led]:
+    def sets_aside(self) -> bool:
+        """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
+        return chain in self._ledger.rules
+
+    def know(self, tracks: Iterable[Track]) -> None:
+        """Take note of the tracks of vehicles that come."""
+        self._tracks |= {track.vehicle: track for track in tracks}
+
+    @property
+    def changes(self) -> int:
+        """How often vehicles have come or gone, or have been led another way."""
+        return self._driving.changes
+
+    @property
+    def driver_of(self) -> Mapping[str, LedVehicle]:
         """The vehicles."""
+        if self._seen != self._driving.changes:
+            self._seen, known = self._driving.changes, self._known
+            self._known = {
+                name: known[name]
+                if name in known and known[name].vehicle is vehicle
+                else LedVehicle(self._driving, vehicle, self._tracks[name])
+                for name, vehicle in self._ledger.vehicles.items()
+            }
+        return self._known
 
     @property
     def beside(self) -> Container[str]:
         """Those that hold no slot: they park, or are not back on the road yet."""
-
-    @property
-    def arrived(self) -> Container[str]:
-        """Those that have arrived in the last step and are still known."""
-
-    @property
-    def changes(self) -> int:
-        """How often vehicles have got other numbers, or others have come."""
+        return {name for name, vehicle in self._ledger.vehicles.items() if vehicle.beside}
 
     def knows(self, track: Track) -> bool:
         """Return whether a way is laid, so that vehicles can be led by it."""
+        return id(track.legs) in self._laid
 
-    def line(self, place: str) -> Sequence[Led]:
+    def line(self, place: str) -> Sequence[LedVehicle]:
         """Return the vehicles whose last grant is a place, first in line first."""
+        known = self.driver_of
+        return [known[vehicle.name] for vehicle in self._driving.places[place].line]
 
     def slots(self, place: str) -> int:
         """Return how many vehicles a place holds."""
+        return self._driving.places[place].slots
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that one waits for: the first in its line, else those that block it."""
+        every = self._ledger.vehicles
+        return [other.name for other in ahead(every[vehicle], every.values())]
 
     def shut(self, place: str) -> None:
         """Let nobody into a place in the next step."""
+        self._ledger.shut(self._driving.places[place])
 
     def withhold(self, vehicles: AbstractSet[str]) -> None:
         """Grant nothing to these from now on, and again to those that were named in the call before."""
+        every = self._ledger.vehicles
+        for name in (self._withheld | vehicles) & every.keys():
+            every[name].withheld = "stop" if name in vehicles else ""
+        self._withheld = vehicles
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
-        """Lead a vehicle on by another way from its place on; return whether that can be done now.
-
-        It can where it holds that place and nothing else, and where no circle of full places closes by it.
-        `position`: of its place on that way.
-        """
-
-    @property
-    def sets_aside(self) -> bool:
-        """Whether vehicles can give up their slots while they stand beside the road."""
+        """Lead a vehicle on by another way from its place on; return whether that can be done now."""
+        if chain not in self._ledger.rules:
+            return False  # another gate knows the ways at its start
+        led = self.driver_of[vehicle]
+        track = replace(track, vehicle=vehicle, start_position=position)
+        begins = [begin_m for begin_m, _ in track.edges]
+        here = bisect_left(begins, track.legs[position].end_m) - 1
+        if not self._driving.turn_off(led.vehicle, way_of(track), track.onward(here)):
+            return False
+        led.track = track
+        return True
 
     def wait_for_nothing(self, vehicle: str) -> None:
         """Let a vehicle stand where it is and ask for nothing, held by nobody, until `wait_again`."""
+        waits = self._ledger.vehicles[vehicle]
+        wait_for_nothing(self._ledger, waits)
+        if waits.held:
+            waits.held = waits.halted = False
+            self._driving.accounts.of[vehicle].goes_on(self._traffic.now_s)
+            self._traffic.release(vehicle)
 
     def wait_again(self, vehicle: str) -> None:
         """Let a vehicle ask in its turn again."""
+        wait_again(self._ledger, self._ledger.vehicles[vehicle])
 
     def step_aside(self, vehicle: str, why: str = "") -> bool:
         """Let a vehicle that parks give up its slot; return whether it does."""
+        return self._driving.parking.begin(self._ledger.vehicles[vehicle], why)
 
     def call_back(self, vehicle: str) -> None:
         """Let a vehicle that waits for nothing drive on as soon as it is back on the road."""
+        self._ledger.vehicles[vehicle].stop_m = inf

@@ -10,7 +10,7 @@ from time import perf_counter
 from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.collisions import Collisions
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector

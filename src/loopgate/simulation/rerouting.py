@@ -11,7 +11,7 @@ import numpy as np
 from loopgate.abstraction.track import Track, continues
 from loopgate.arrays import Floats, Ints
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.leading import Leads, Led
+from loopgate.simulation.leading import Leading, LedVehicle
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
@@ -40,7 +40,7 @@ class Rerouting:
     edge takes is its length over the mean speed there in the last three minutes.
     """
 
-    def __init__(self, assembly: Assembly, traffic: Traffic, engine: Leads) -> None:
+    def __init__(self, assembly: Assembly, traffic: Traffic, engine: Leading) -> None:
         self._traffic, self._engine, self._anew = traffic, engine, assembly.anew
         self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
         self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
@@ -100,7 +100,7 @@ class Rerouting:
         self._seen.append(np.where(speeds < 0.0, self._allowed_mps, speeds))
         self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
 
-    def _lead(self, driver: Led) -> None:
+    def _lead(self, driver: LedVehicle) -> None:
         """Lead a vehicle on by the quickest way from its place, if that is not its own."""
         vehicle, leg = driver.id, driver.granted
         if len(self.turns[vehicle]) >= _MOST_TURNS or driver.stops_here or leg >= len(driver.track.legs) - 1:
@@ -114,14 +114,14 @@ class Rerouting:
         if self._engine.turn_off(vehicle, way.track, way.position):
             self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
-    def _own(self, driver: Led, leg: int) -> float:
+    def _own(self, driver: LedVehicle, leg: int) -> float:
         """Return how long its own way takes from here on [s]."""
         track = driver.track
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[leg].end_m)
         numbers = [self._edges[name] for _, name in track.edges[here:]]
         return float(self._times_s[numbers].sum())
 
-    def _ways(self, driver: Led, leg: int) -> Iterator[_Onward]:
+    def _ways(self, driver: LedVehicle, leg: int) -> Iterator[_Onward]:
         """Yield the other ways to its end from the place it is in."""
         track = driver.track
         here, end = track.legs[leg], track.legs[-1].state

@@ -11,7 +11,7 @@ from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.leading import Leads, Led
+from loopgate.simulation.leading import Leading, LedVehicle
 from loopgate.traffic.base import Traffic
 
 NO_WAY = "no way round"
@@ -50,12 +50,12 @@ class Roadside:
     has parked.
     """
 
-    def __init__(self, traffic: Traffic, engine: Leads, recorder: Recorder) -> None:
+    def __init__(self, traffic: Traffic, engine: Leading, recorder: Recorder) -> None:
         self._traffic, self._engine, self._recorder = traffic, engine, recorder
         self._out: dict[str, Beside] = {}
         self._every: list[Beside] = []
 
-    def take(self, driver: Led) -> None:
+    def take(self, driver: LedVehicle) -> None:
         """Let a vehicle leave the road, if it stands, and holds the place in which it stands and no other."""
         vehicle, traffic = driver.id, self._traffic
         if vehicle in self._out or not self._engine.sets_aside or not driver.settled:

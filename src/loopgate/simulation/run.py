@@ -22,8 +22,8 @@ from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.by_ledger import check as check_ledger
-from loopgate.simulation.by_ledger import open_ledger
+from loopgate.simulation.gated_run import check as check_gated
+from loopgate.simulation.gated_run import open_gated
 from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, drive
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
@@ -264,7 +264,7 @@ def open_session(
         if keeping is None:
             session = open_ungated(scenario, assembly, traffic, recorder)
         else:
-            session = open_ledger(scenario, assembly, traffic, recorder, *keeping)
+            session = open_gated(scenario, assembly, traffic, recorder, *keeping)
         stack.callback(session.close)
         if backend == "gui":
             ways = {start.loop.id: start.loop for start in assembly.everybody}
@@ -314,6 +314,6 @@ def _keeping(
         return None
     system = assembly.abstraction.system
     gate = make_gate(scenario.gate, system, perf_counter)
-    check_ledger(scenario, assembly)
+    check_gated(scenario, assembly)
     orders = negotiation or make_negotiation(scenario.rule_for_negotiation, Random(scenario.seed))
     return gate, orders

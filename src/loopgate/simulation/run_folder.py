@@ -46,7 +46,7 @@ from loopgate.results.columns import (
 )
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import read_events
-from loopgate.simulation.drives import Answers
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.deadlock_detector import Deadlock
@@ -233,7 +233,7 @@ def summary(
     *,
     loops: int,
     folder: Folder,
-    keeper: Answers | None = None,
+    keeper: Drive | None = None,
     findings: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -296,7 +296,7 @@ def summary(
     }
 
 
-def promise_figures(keeper: Answers | None) -> dict[str, str]:
+def promise_figures(keeper: Drive | None) -> dict[str, str]:
     """Return which vehicles the gate promises can always go on, and under which conditions."""
     promise = getattr(getattr(keeper, "gate", None), "promise", "")
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}

@@ -14,7 +14,8 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures
-from loopgate.simulation.drives import Answers, Drive, Reports, StopFigures
+from loopgate.simulation.drive import Drive
+from loopgate.simulation.figures import Reports, StopFigures
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
 from loopgate.simulation.rerouting import Rerouting
@@ -58,7 +59,7 @@ class Session:
     traffic: Traffic
     engine: Drive
     recorder: Recorder
-    keeper: Answers | None
+    keeper: Drive | None
     around: Reports | None
     stops: StopFigures
     departures: Departures

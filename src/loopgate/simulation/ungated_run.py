@@ -14,13 +14,14 @@ from loopgate.model import StateId
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.by_ledger import LedgerStops, spacing_of
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.departures import Departures
-from loopgate.simulation.ledger_drive import LedgerDrive
-from loopgate.simulation.ledger_joining import NEVER_FULL
-from loopgate.simulation.ledger_leading import LedgerLeading, way_of
+from loopgate.simulation.drive import Drive
+from loopgate.simulation.figures import StopFigures
+from loopgate.simulation.gated_run import spacing_of
+from loopgate.simulation.joined_gate import NEVER_FULL
+from loopgate.simulation.leading import Leading, way_of
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
@@ -49,7 +50,7 @@ class UngatedDepartures(Departures):
         network: RoadNetwork,
         traffic: Traffic,
         driving: Driving,
-        leading: LedgerLeading,
+        leading: Leading,
     ) -> None:
         super().__init__(departures)
         self._network, self._traffic, self._driving, self._leading = network, traffic, driving, leading
@@ -84,9 +85,9 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
     )
     driving.is_gated = False
     tracks = [alone(track) for track in assembly.tracks]
-    drive = LedgerDrive(traffic, recorder, driving, [way_of(track) for track in tracks], None)
-    leading = LedgerLeading(traffic, driving, tracks)
-    stops = LedgerStops(driving)
+    drive = Drive(traffic, recorder, driving, [way_of(track) for track in tracks], None)
+    leading = Leading(traffic, driving, tracks)
+    stops = StopFigures(driving)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
         departures = UngatedDepartures(assembly.departures, assembly.network, traffic, driving, leading)

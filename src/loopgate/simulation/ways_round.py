@@ -11,7 +11,7 @@ from math import inf
 from loopgate.abstraction.itinerary import Leg
 from loopgate.abstraction.track import Track, continues
 from loopgate.network import Edge
-from loopgate.simulation.leading import Led
+from loopgate.simulation.leading import LedVehicle
 
 _SAME_M = 0.1
 
@@ -72,7 +72,7 @@ class WaysRound:
         """Return the loop that a way belongs to; None for a vehicle that is on no loop."""
         return self._ways[track.loop][0] if track.loop in self._ways else None
 
-    def others(self, driver: Led) -> Sequence[tuple[Track, int]]:
+    def others(self, driver: LedVehicle) -> Sequence[tuple[Track, int]]:
         """Return the ways of a vehicle's loop that go through its place, with the number of that on each."""
         here, loop = driver.leg(driver.granted), driver.track.loop
         key = loop, here.state, here.end_m

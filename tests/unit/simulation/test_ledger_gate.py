@@ -17,7 +17,7 @@ from loopgate.gates.base import refusal
 from loopgate.model import Configuration, Robot, RobotId, StateId, System
 from loopgate.negotiation.base import Request, View
 from loopgate.negotiation.pressure import Pressure
-from loopgate.simulation.ledger_gate import AskedGate, Deciding, Negotiated
+from loopgate.simulation.asked_gate import AskedGate, Deciding, Negotiated
 
 RING = tuple(StateId(name) for name in "abcd")
 

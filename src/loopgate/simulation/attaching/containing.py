@@ -17,7 +17,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.joining_queue import JoiningQueue
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.demand.detours import LONG_STOP_S, edges_into, find_detours_round
-from loopgate.simulation.leading import Led
+from loopgate.simulation.leading import LedVehicle
 from loopgate.simulation.ways_round import WaysRound
 from loopgate.traffic.running import RunningSumo
 
@@ -220,7 +220,7 @@ class OwnersContainment:
         if len(each) > 1:
             yield frozenset(closed.union(*each))
 
-    def _around(self, driver: Led) -> Sequence[AbstractSet[str]]:
+    def _around(self, driver: LedVehicle) -> Sequence[AbstractSet[str]]:
         """Return the edges of the places that a vehicle holds, and the edges into its junction."""
         held = [driver.leg(leg).line.edge for leg in driver.held]
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]

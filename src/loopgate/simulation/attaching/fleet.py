@@ -23,11 +23,11 @@ from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.asked_gate import Deciding
 from loopgate.simulation.attaching.plan import Plan
-from loopgate.simulation.ledger_drive import LedgerDrive
-from loopgate.simulation.ledger_gate import Deciding
-from loopgate.simulation.ledger_joining import start_with
-from loopgate.simulation.ledger_leading import LedgerLeading, LedVehicle, way_of
+from loopgate.simulation.drive import Drive
+from loopgate.simulation.joined_gate import start_with
+from loopgate.simulation.leading import Leading, LedVehicle, way_of
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.traffic.base import Traffic
 
@@ -77,8 +77,8 @@ class Fleet:
         )
         self._driving.is_courteous = False
         self._ledger = ledger
-        self.drive = LedgerDrive(traffic, recorder, self._driving, (), None, roads.slack, deciding.asked)
-        self.leads = LedgerLeading(traffic, self._driving, ())
+        self.drive = Drive(traffic, recorder, self._driving, (), None, roads.slack, deciding.asked)
+        self.leads = Leading(traffic, self._driving, ())
         self.changes = 0
         """How often vehicles joined or left."""
         self.on_leaving: Callable[[Account], None] = lambda _: None

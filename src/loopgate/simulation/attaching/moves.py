@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 
 from loopgate.network import RoadNetwork
-from loopgate.simulation.ledger_leading import LedVehicle
+from loopgate.simulation.leading import LedVehicle
 from loopgate.traffic.base import Traffic
 
 MOVED_M = 3.0

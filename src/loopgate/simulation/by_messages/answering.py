@@ -12,13 +12,13 @@ from loopgate.control.places import Vehicle
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
+from loopgate.simulation.asked_gate import AskedGate
 from loopgate.simulation.by_messages.bridge import Bridge
 from loopgate.simulation.by_messages.controllers import Controllers, ControllersHere
 from loopgate.simulation.by_messages.decisions import DecisionsByMessages
 from loopgate.simulation.by_messages.motor import Motor
 from loopgate.simulation.by_messages.on_segments import DecisionsOnSegments
 from loopgate.simulation.by_messages.sides import far_side
-from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.vehicles.air import AirSettings
 
 __all__ = ["STAGE", "ByMessages", "let_vehicles_decide"]

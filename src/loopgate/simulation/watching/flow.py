@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import pandas as pd
 
 from loopgate.results.columns import FLOW_COLUMNS, LOOP_COLUMNS
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["FlowMeter", "Row", "flow_table", "loop_table"]

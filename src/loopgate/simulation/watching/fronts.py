@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
 from loopgate.results.recorder import Recorder
 from loopgate.results.table_writing import TableFile
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["FrontRecorder"]

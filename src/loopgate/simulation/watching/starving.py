@@ -11,7 +11,7 @@ from typing import Any
 from loopgate.arrays import Floats
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Sink", "StarvationWatch"]

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Whereabouts
 
 __all__ = ["Trails"]

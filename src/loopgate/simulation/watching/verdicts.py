@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 from loopgate.simulation.watching.trails import Trails
 from loopgate.traffic.base import Collision, Traffic, Whereabouts
 

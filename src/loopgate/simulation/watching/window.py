@@ -9,7 +9,7 @@ import numpy as np
 
 from loopgate.control.motion import STANDING_MPS
 from loopgate.network import Loop
-from loopgate.simulation.drives import Drive
+from loopgate.simulation.drive import Drive
 
 __all__ = ["COLOURS", "Shown", "Window"]
 

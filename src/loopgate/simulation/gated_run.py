@@ -1,4 +1,4 @@
-"""The ledger (`loopgate.control`) as what drives a run: laid out from an assembly."""
+"""A run under a gate: the ledger (`loopgate.control`), laid out from an assembly, and all that feeds it."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.around.laid_roads import LaidRoads
 from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.asked_gate import AskedGate, Deciding, by_chain
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.by_messages.answering import ByMessages, let_vehicles_decide
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures
-from loopgate.simulation.drives import Made, Reports
-from loopgate.simulation.ledger_departures import LedgerDepartures
-from loopgate.simulation.ledger_drive import LedgerDrive
-from loopgate.simulation.ledger_gate import AskedGate, Deciding, by_chain
-from loopgate.simulation.ledger_joining import NEVER_FULL, JoinedGate
-from loopgate.simulation.ledger_leading import LedgerLeading, way_of
+from loopgate.simulation.drive import Drive
+from loopgate.simulation.figures import Reports, StopFigures
+from loopgate.simulation.gated_departures import GatedDepartures
+from loopgate.simulation.joined_gate import NEVER_FULL, JoinedGate
+from loopgate.simulation.leading import Leading, way_of
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
@@ -45,12 +45,12 @@ from loopgate.traffic.base import Traffic
 
 
 def check(scenario: Scenario, assembly: Assembly) -> None:
-    """Refuse a scenario in which the ledger would leave something out.
+    """Refuse a scenario in which something would be left out.
 
     Raises
     ------
     ScenarioError
-        The text names what the ledger lacks.
+        The text names what is missing.
     """
     beside = (assembly.departures, assembly.stops, assembly.others)
     if scenario.by_messages is not None and any(beside):
@@ -75,33 +75,6 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
         return slots | {str(track.legs[-1].state): NEVER_FULL for track in later if track.legs[-1].away}
     rooms = zip(system.states, system.room, system.private, strict=True)
     return {str(name): len(system.robots) if own else room for name, room, own in rooms}
-
-
-class LedgerStops:
-    """Figures of the stops that vehicles make under the ledger."""
-
-    def __init__(self, driving: Driving) -> None:
-        self._stops, self._parking = driving.stops, driving.parking
-
-    def of(self, vehicle: str) -> Made:
-        """Return the figures of the stops of a vehicle."""
-        return Made(*self._stops.made.get(vehicle, (0, 0.0)))
-
-    def report(self) -> dict[str, Any]:
-        """Return the figures of stops for ``summary.json``."""
-        stops, parking = self._stops, self._parking
-        if not stops:
-            return {}
-        return {
-            "stops": {
-                "served": stops.served,
-                "missed": stops.missed,
-                "stopped_s": round(sum(stood_s for _, stood_s in stops.made.values()), 3),
-                "under_way": sum(1 for _ in stops.made_now()),
-                "late_back_s": round(parking.late_s, 3),
-                "longest_late_back_s": round(parking.latest_s, 3),
-            }
-        }
 
 
 def times_along(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
@@ -207,7 +180,7 @@ def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[
     return None if getattr(gate, "promise", "") == "everyone" else lambda _: True
 
 
-def open_ledger(
+def open_gated(
     scenario: Scenario,
     assembly: Assembly,
     traffic: Traffic,
@@ -219,11 +192,11 @@ def open_ledger(
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None
-    drive = LedgerDrive(traffic, recorder, driving, ways, gate, slack, laid.asked, laid.by_messages)
+    drive = Drive(traffic, recorder, driving, ways, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
         room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
-        departures = LedgerDepartures(
+        departures = GatedDepartures(
             assembly.departures,
             assembly.network,
             traffic,
@@ -235,7 +208,7 @@ def open_ledger(
         looks.append(departures.look)
     rerouting = containment = None
     if assembly.anew or assembly.contains:
-        leading = LedgerLeading(traffic, driving, [*assembly.tracks, *later_ways(assembly)])
+        leading = Leading(traffic, driving, [*assembly.tracks, *later_ways(assembly)])
     if assembly.anew:
         rerouting = Rerouting(assembly, traffic, leading)
     if assembly.contains:
@@ -244,7 +217,7 @@ def open_ledger(
         round_ = find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, leaves=leaves)
     looks += [one.look for one in (rerouting, containment) if one is not None]
-    stops = LedgerStops(driving)
+    stops = StopFigures(driving)
     return Session(
         traffic,
         drive,

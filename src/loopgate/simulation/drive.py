@@ -21,13 +21,15 @@ from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.asked_gate import AskedGate
 from loopgate.simulation.by_messages.answering import STAGE, ByMessages
-from loopgate.simulation.ledger_gate import AskedGate
 from loopgate.traffic.base import Traffic
 
 
-class LedgerDrive:
-    """The ledger as a run asks it: see `loopgate.simulation.drives.Drive`, and `Answers`.
+class Drive:
+    """Drives the vehicles of a run through the ledger, step by step.
+
+    Vehicles have numbers, which hold until `changes` grows; `granted` and `fronts` are by number.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.model import Robot, RobotId, StateId, System
-from loopgate.simulation.ledger_gate import AskedGate
+from loopgate.simulation.asked_gate import AskedGate
 
 __all__ = ["NEVER_FULL", "JoinedGate", "refuse_crowd", "start_with"]
 

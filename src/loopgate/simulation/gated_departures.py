@@ -15,7 +15,7 @@ from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.departures import Arrived, Departures
-from loopgate.simulation.ledger_leading import way_of
+from loopgate.simulation.leading import way_of
 from loopgate.traffic.base import Traffic
 
 
@@ -33,7 +33,7 @@ def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
     return found
 
 
-class LedgerDepartures(Departures):
+class GatedDepartures(Departures):
     """When vehicles wanted to depart, when they did, and what those did that have arrived.
 
     Parameters
