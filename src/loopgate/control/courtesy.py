@@ -1,6 +1,13 @@
 """Vehicles under the gate give way to ordinary ones before junctions, never inside them.
 
-`loopgate.drive.yielding` says why; the rules here are the same.
+In SUMO a vehicle that turns waits inside the junction, where others drive by so near that bodies touch. SUMO
+knows nothing of movements that touch and are no foes. So a granted vehicle is slowed down before a junction
+while an ordinary vehicle is in its way or comes, as long as it can still stop there. After a minute, and for
+ordinary vehicles that come later, SUMO's right of way decides.
+
+A vehicle that drove in when no other came does not wait inside for one that departs then and can still stop.
+Nor do two vehicles under the gate wait for each other at their lines for ever, which SUMO lets them do where
+lights are off, though their movements do not touch.
 """
 
 from __future__ import annotations

@@ -1,6 +1,22 @@
 """Whether vehicles under way over a crossing are still in the way of one that wants to cross.
 
-`loopgate.drive.gaps` says why; the rule here is the same.
+Two movements share a stretch. Another vehicle is in the way until one of these holds:
+
+- Its rear is past the stretch.
+- Its front is on the stretch, and its rear will be past before the front of the vehicle that asks can reach
+  it (`_relation`). Nothing holds the other there: it has a slot beyond, and SUMO lets no vehicle go first
+  that finds another in its way.
+- It will be past the stretch before the vehicle that asks comes into the junction (`_passes_first`). Until
+  then SUMO finds neither in the way of the other. It must have passed all lights before the stretch.
+- The vehicle that asks will be past the stretch, rear and all, before the other can be there
+  (`_comes_later`). It must not have to wait for another vehicle or for a light.
+
+The vehicle that must be past first is taken to set out weakly and to drive slowly. The vehicle that comes is
+taken to be as fast as limits and driver allow. The vehicle ahead in a place is taken to stand.
+
+Nothing is foreseen of a vehicle that is long, that changes lanes on its way, whose driver is unlike SUMO's
+cars, or that may have to wait on the junction: for an earlier grant in its way, or behind a vehicle that left
+the same lane in another direction.
 """
 
 from __future__ import annotations

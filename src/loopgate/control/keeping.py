@@ -1,9 +1,16 @@
 """Service and patience, as one rule: last slots and ways that are kept for vehicles that wait for long.
 
-A vehicle that has been passed over for a while is *late*: the last slot of the place that it wants is its
-own, and once there is a slot nobody sets out across its way. `loopgate.drive.patience` says why. One that
-has waited for very long is *served*: slots and way are kept for its *mover*, whose move brings it nearer to
-its grant. `loopgate.drive.service` says of that why each request is granted. Older requests come first.
+A vehicle that has been passed over for a while is *late*. The last slot of the place that it wants is kept
+for it, and once there is a slot, its way over the crossing too: a long crossing is hardly ever clear by
+itself, and vehicles with a shorter way take each slot that a full place gives back. Of two late vehicles in
+each other's way the older keeps its way, so each waits only for older ones.
+
+A vehicle that has waited for very long is *served*. `loopgate.gates.certified.service` names its *mover*: the
+vehicle whose move brings the served one nearer to its grant. Slots and way are kept for the mover, and no
+negotiation passes it over. If the way leads on from a circle of places, no vehicle but the mover enters a
+place that the rule has looked at, until the served vehicle has its grant. Several vehicles are served at the
+same time if the rule looks at different places for each; else the older goes first. `docs/proofs/roads.md`
+proves that each request is granted after finitely many moves.
 """
 
 from __future__ import annotations

@@ -1,6 +1,16 @@
 """Lights that are obeyed: grants into green only, and who drives on at amber.
 
-`loopgate.drive.lights` says why; the rules here are the same.
+A request is granted if the light at the line is open in the next step, and if even a slow driver is over the
+line before red, as far as the light's program tells. Each further light on the crossing must be green when
+the vehicle gets there. A light farther than `FAR_M` only stops the vehicle at that light.
+
+A granted vehicle is committed: it drives on at amber, as SUMO's drivers do who are too near to brake. It
+stops for a red if it still can, and keeps its grant: the gate counted on it when it admitted others, so
+taking the grant back could break what they were promised. A grant beyond a light is no reason to pass that
+light; the first light counts. `on_red` counts vehicles that cross a line on red since they could not brake.
+
+Lights only delay. What the gate promises holds as long as every light turns green again and again. Two lights
+on one crossing need not be green together: after `PATIENCE_S` only the first one counts.
 """
 
 from __future__ import annotations

@@ -1,6 +1,16 @@
 """The rule about ordinary traffic: whether a vehicle that no gate rules is in the way.
 
-`loopgate.drive.others` says why; the rule here is the same. Room in circles is in `loopgate.control.slack`.
+The rule refuses a vehicle while an ordinary one
+
+- stands or drives before it on its own lane;
+- is, with some part, on a lane inside the junction that crosses or joins its way;
+- comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to let it
+  pass (`loopgate.simulation.around.crossing_ways` finds these approaches);
+- takes the last room of the next place, or is about to drive into it;
+- could not find room in a circle of places that the vehicle would come into (`loopgate.control.slack`).
+
+The rule looks at ordinary vehicles anew in each step, for each request. To an ordinary vehicle that comes
+later the vehicle gives way before the junction (`loopgate.control.courtesy`), and by SUMO's right of way.
 """
 
 from __future__ import annotations

@@ -1,6 +1,9 @@
 """Vehicles that park beside the road: they give up their slots, and come back when they have one again.
 
-`loopgate.simulation.fleet.parking` says why; the rules here are the same.
+A vehicle comes back when its stop is over, its place has a slot that the rules let it have, and there is room
+among ordinary vehicles. It then stands in the line of its place, in the order of the road. SUMO decides when
+it drives off into a gap. Under other gates than the certified one with the chain rule, vehicles keep their
+slots.
 """
 
 from __future__ import annotations

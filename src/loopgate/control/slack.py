@@ -1,6 +1,9 @@
 """Room in circles of places, each of whose first wants the next, for ordinary vehicles, which do not ask.
 
-`loopgate.drive.cycle_slack` says why; the rule here is the same.
+The chain rule leaves a slot free in each circle, so that the circle can turn. An ordinary vehicle takes that
+slot without asking. So ordinary vehicles count as vehicles in places. A vehicle that would come into a circle
+leaves one slot more, and another for each ordinary vehicle that is about to come there. Vehicles within a
+circle may go on, so one of them can. A mover (`loopgate.control.keeping`) need leave only the one slot.
 """
 
 from __future__ import annotations

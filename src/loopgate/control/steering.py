@@ -1,7 +1,17 @@
 """Keeps vehicles to the lanes of their loops where the simulator has a choice, and lets them change lanes.
 
-`loopgate.drive.steering` says why; the rules here are the same. A vehicle on its way over guides is
-`Vehicle.steered`: it does not ask for its next place, since it can stop at each guide.
+A steered vehicle (`Vehicle.steered`) has guides before it: points where it can wait at a stop that SUMO
+knows. It asks for no place meanwhile.
+
+A vehicle changes lanes on a stretch made for that, when its rear has left the place before. If no gap opens,
+it stands at the guide until one does. The exclusion of crossings leaves only vehicles on that stretch that
+make the same change or stay on the first lane. The vehicle has a slot beyond, so the vehicles in its way move
+up. It asks for the change only when no vehicle before it is still to make the same change, and when the
+vehicle in the slot ahead of its own is ahead of it as a whole. Otherwise it could overtake a vehicle that
+waits for a gap, and the line on the road would differ from the line in the ledger.
+
+A vehicle that SUMO has taken to another lane than its loop's is led back in the same way. It holds a slot
+beside it. If no gap opens for a minute, it is put there.
 """
 
 from __future__ import annotations

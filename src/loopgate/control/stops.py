@@ -1,6 +1,7 @@
 """Stops in every round of a loop; SUMO gets them one round ahead.
 
-`loopgate.simulation.fleet.stops` says why; the rules here are the same.
+SUMO knows all stops of the next round, so that persons find a line to where they want to go. Where a loop
+passes a road several times, SUMO gets a stop there only after the last pass before the stop.
 """
 
 from __future__ import annotations
