@@ -32,6 +32,9 @@ class Brakes:
         """Brake the vehicles that would come to rest past their lines."""
         step_s = self._traffic.step_s
         for vehicle in list(self._braking):
+            if not vehicle.held:
+                self.forget(vehicle)
+                continue
             left_m = vehicle.left_m()
             if left_m < braking_m(vehicle.speed, vehicle.make.decel, step_s) - TOLERANCE_M:
                 self.overrun(vehicle)
