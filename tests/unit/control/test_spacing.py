@@ -76,6 +76,17 @@ def test_one_that_is_ahead_waits_unless_another_waits_behind_it() -> None:
     assert ledger.answer(2.0) == [first]
 
 
+def test_one_that_is_no_longer_ahead_goes_on_at_once() -> None:
+    """What it is held for is looked at in every step."""
+    ledger, _, _, _ = on_a_ring([95.0, 120.0, 180.0])
+    first, second, _ = ledger.vehicles.values()
+    ledger.ask(first)
+    assert ledger.answer(1.0) == []
+    assert ledger.answer(2.0) == []
+    second.front_m = 175.0  # the gap before the first is now as long as the others
+    assert ledger.answer(3.0) == [first]
+
+
 def test_advice_slows_down_vehicles_that_are_ahead() -> None:
     ledger, spacing, ring, told = on_a_ring([95.0, 120.0, 180.0], advises=True)
     spacing.look()
