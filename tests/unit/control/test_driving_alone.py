@@ -254,3 +254,57 @@ def test_used_stops_are_forgotten_on_two_edges_of_a_round(
     road.drive(900.0)
     assert len(road.rows("hold")) == 1
     assert forgotten == [("v1", edge) for edge in edges]
+
+
+def changed_every(seconds: float) -> SharedRoad:
+    """Drive four vehicles while ways are drawn anew, and ways are added, every so many seconds."""
+    road = SharedRoad(120.0, 125.0, 60.0, 10.0)
+    ways = {way.loop: way.legs for way in road.ways}
+    while road.traffic.now_s < 600.0:
+        road.driving.step()
+        if road.traffic.now_s % seconds == 0:
+            ways = {loop: tuple(replace(leg) for leg in legs) for loop, legs in ways.items()}
+            another = f"another{len(ways)}"
+            first, last = ways["v0"]
+            ways[another] = (replace(first, state=StateId(another)), last)
+            road.driving.lay_more({leg.state: 1 for legs in ways.values() for leg in legs}, ways)
+            road.driving.answer()
+    assert (road.driving.brakes.overruns, road.ledger.trespasses) == (0, 0)
+    return road
+
+
+def test_ways_drawn_anew_change_nothing() -> None:
+    """Every ten steps, or never: the same events, and the same calls to the traffic."""
+    always, never = changed_every(10.0), changed_every(1e9)
+    assert always.driving.rows == never.driving.rows
+    assert always.traffic.holds == never.traffic.holds
+    assert always.traffic.releases == never.traffic.releases
+    assert len(never.driving.rows) > 100
+    assert len(always.driving.places) > len(never.driving.places) + 50
+
+
+@pytest.mark.parametrize(
+    ("foreseen", "gives_way", "known"), [(True, False, True), (False, False, False), (True, True, False)]
+)
+def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise(
+    *, foreseen: bool, gives_way: bool, known: bool
+) -> None:
+    """They may stand on a junction for ordinary traffic; and the caller knows the vehicle types."""
+    way = replace(way_of("v0", 10.0), foreseen=foreseen)
+    traffic = FakeTraffic({"v0": vehicle_at("v0", 10.0)})
+    traffic.gives_way = gives_way
+    slots: dict[str, int] = {leg.state: 1 for leg in way.legs}
+    driving = Driving(traffic, Layout(slots, [way.legs]), Ledger(usual()))
+    driving.take_in([way])
+    assert driving.ledger.vehicles["v0"].make.foreseen is known
+
+
+def test_the_stage_that_decided_is_noted_with_the_event() -> None:
+    """A grant bears the stage of its decision, and no other event but a refusal does."""
+    road = SharedRoad(120.0, 125.0)
+    road.drive(300.0)
+    staged = {road.driving.rows[number][2] for number in road.driving.stages}
+    assert staged <= {"grant", "refuse"}
+    granted = [number for number, row in enumerate(road.driving.rows) if row[2] == "grant"]
+    assert granted
+    assert {road.driving.stages.get(number) for number in granted} == {"chain"}
