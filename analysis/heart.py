@@ -1,16 +1,18 @@
-"""Drive loops through the ledger of plain objects, beside the compiled tables, and say what each costs.
+"""Drive loops through the ledger of plain objects, and say what it costs on top of SUMO's steps.
 
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
-Both sides drive the same starts, one after the other in one process; what each costs is processor time on top
-of SUMO's own steps. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s, drawn by SUMO; ``--routes FILE``
-and ``--stops FILE`` take vehicles with stops. What the ledger does not do is in docs/heart.md.
+The cost is wall time beside SUMO's own steps. ``--compiled`` copies the source, compiles the ledger there with
+mypyc (minutes; needs a compiler) and drives by the copy. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s,
+drawn by SUMO. ``--routes FILE`` and ``--stops FILE`` take vehicles with stops.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -42,7 +44,6 @@ from loopgate.simulation.gated_departures import due_of
 from loopgate.simulation.gated_run import make_driving, slots_of
 from loopgate.simulation.joined_gate import NEVER_FULL
 from loopgate.simulation.leading import way_of
-from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
@@ -230,8 +231,20 @@ def drive(
     )
 
 
+def compile_control(folder: Path) -> None:
+    """Copy the package into a folder, and compile the ledger there with mypyc."""
+    source = Path(__file__).resolve().parents[1] / "src" / "loopgate"
+    shutil.copytree(source, folder / "loopgate", ignore=shutil.ignore_patterns("__pycache__"))
+    control = sorted((folder / "loopgate" / "control").glob("*.py"))
+    files = [str(one.relative_to(folder)) for one in control if one.name != "__init__.py"]
+    words = ("--follow-imports=skip", "--ignore-missing-imports", "--config-file=")
+    compiler = Path(sys.executable).with_name("mypyc")
+    command = [sys.executable, str(compiler), *words, *files, "loopgate/gates/certified/chain.py"]
+    subprocess.run(command, check=True, capture_output=True, cwd=folder)
+
+
 def main() -> None:
-    """Print a line per seed and side."""
+    """Print a line per seed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("network")
     for name, number in (("vehicles", 100), ("loops", 0), ("duration", 600), ("seeds", 1)):
@@ -242,15 +255,21 @@ def main() -> None:
     parser.add_argument("--routes", default="", help="file with the vehicles")
     parser.add_argument("--stops", default="", help="additional files with stopping places")
     parser.add_argument("--ordinary", type=float, default=0.0, help="an ordinary trip every so many seconds")
+    parser.add_argument("--compiled", action="store_true", help="compile the ledger first")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        compare(given, Path(folder))
+        if given.compiled:
+            compile_control(Path(folder))
+            words = [word for word in sys.argv if word != "--compiled"]
+            command = [sys.executable, *words]
+            subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": folder})
+        else:
+            measure(given, Path(folder))
 
 
-def compare(given: argparse.Namespace, folder: Path) -> None:
-    """Drive every seed on both sides, and print a line for each; what is drawn goes into a folder."""
+def measure(given: argparse.Namespace, folder: Path) -> None:
+    """Drive every seed, and print a line for each; drawn trips go into a folder."""
     kind = "plain" if heart.__file__.endswith(".py") else "compiled"
-    sums = [0.0, 0.0, 0.0, 0.0]
     for seed in range(1, given.seeds + 1):
         trips = folder / f"trips{seed}.rou.xml"
         if given.ordinary:
@@ -268,30 +287,17 @@ def compare(given: argparse.Namespace, folder: Path) -> None:
             traffic=str(trips) if given.ordinary else "",
             on_deadlock="continue",
         )
-        mine = drive(scenario, assemble(scenario), watched=given.watched)
-        tables = simulate(scenario)
-        clean = "clean" if not mine.findings else f"{len(mine.findings)} findings"
-        cost, costs = mine.gate_s / mine.sumo_s, tables["wall_s"]["gate"] / tables["wall_s"]["sumo"]
-        stops = tables.get("stops", {"served": 0, "missed": 0})
-        told = f"{stops['served']} stops, {stops['missed']} missed, " if mine.served else ""
-        free = f"{mine.free_to_go} free to go, " if given.watched else ""
-        free += f"{mine.ordinary} ordinary vehicles, " if given.ordinary else ""
-        free += f"{mine.served} stops, {mine.missed} missed, " if mine.served else ""
+        driven = drive(scenario, assemble(scenario), watched=given.watched)
+        clean = "clean" if not driven.findings else f"{len(driven.findings)} findings"
+        told = f"{driven.free_to_go} free to go, " if given.watched else ""
+        told += f"{driven.ordinary} ordinary vehicles, " if given.ordinary else ""
+        told += f"{driven.served} stops, {driven.missed} missed, " if driven.served else ""
         sys.stdout.write(
-            f"seed {seed} ledger, {kind}: {mine.km:.1f} km, longest wait {mine.longest_s:g} s, "
-            f"{mine.collisions} collisions, {mine.trespasses} trespasses, {mine.on_red} on red, {free}"
-            f"audit {clean}, {cost:.0%} on top of SUMO\n"
-            f"seed {seed} tables: {tables['distance_km']:.1f} km, "
-            f"longest wait {tables['longest_wait_s']:g} s, "
-            f"{tables['collisions']} collisions, {told}audit {tables['audit']}, {costs:.0%} on top of SUMO\n"
+            f"seed {seed}, {kind}: {driven.km:.1f} km, longest wait {driven.longest_s:g} s, "
+            f"{driven.collisions} collisions, {driven.trespasses} trespasses, {driven.on_red} on red, {told}"
+            f"audit {clean}, {driven.gate_s / driven.sumo_s:.0%} on top of SUMO\n"
         )
-        figures = mine.km / tables["distance_km"], mine.longest_s, tables["longest_wait_s"], cost / costs
-        sums = [before + figure for before, figure in zip(sums, figures, strict=True)]
-    share, longest_s, theirs_s, dearer = (figure / given.seeds for figure in sums)
-    sys.stdout.write(
-        f"mean of {given.seeds}: the ledger drives {share:.3f} of what the tables do, longest waits "
-        f"{longest_s:.0f} s and {theirs_s:.0f} s, its cost is {dearer:.2f} of theirs\n"
-    )
+        sys.stdout.flush()
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""``loopgate warm-up``: compile all functions in advance, so that no run has to wait."""
+"""``loopgate warm-up``: compile in advance what covering loops and exploration need."""
 
 from __future__ import annotations
 
@@ -126,9 +126,9 @@ def _read(process: subprocess.Popen[str], lines: SimpleQueue[str | None]) -> Non
 @click.command(name="warm-up")
 @click.option("--json", "as_json", is_flag=True, help="Print how many functions, and the time, as JSON only.")
 def warm_up(*, as_json: bool) -> None:
-    """Compile all that will ever be compiled, once for each version.
+    """Compile what covering loops and exploration need, once for each version.
 
-    Without it the first run of each kind compiles what it needs, and says so.
+    Runs compile nothing. Without this command the first use of either compiles what it needs, and says so.
     """
     began = time.monotonic()
     with show_progress("functions compiled") as report:
