@@ -2,9 +2,9 @@
 
     python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
 
-The cost is wall time beside SUMO's own steps. ``--compiled`` copies the source, compiles the ledger there with
-mypyc (minutes; needs a compiler) and drives by the copy. ``--ordinary 2.5`` adds an ordinary trip every 2.5 s,
-drawn by SUMO. ``--routes FILE`` and ``--stops FILE`` take vehicles with stops.
+The cost is wall time beside SUMO's own steps. ``--compiled`` copies the source, compiles the ledger there
+with mypyc (minutes; needs a compiler) and drives by the copy. ``--ordinary 2.5`` adds an ordinary trip every
+2.5 s, drawn by SUMO. ``--routes FILE`` and ``--stops FILE`` take vehicles with stops.
 """
 
 from __future__ import annotations
