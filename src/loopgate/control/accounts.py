@@ -106,15 +106,16 @@ class Accounts:
         self._driven_m += float(moved_m.sum())
         for row in np.flatnonzero(moved_m > (tops + _LEAP_MPS) * step_s).tolist():
             self._note_leap(diaries[row], float(moved_m[row]), now_s)
-        for row in np.flatnonzero(moved_m < STANDING_MPS * step_s).tolist():
-            self._stands(diaries[row], now_s)
+        standing = np.flatnonzero(moved_m < STANDING_MPS * step_s).tolist()
+        self._stand([diaries[row] for row in standing], step_s, now_s)
 
-    def _stands(self, diary: Diary, now_s: float) -> None:
-        self._standing += 1
+    def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
+        self._standing += len(diaries)
         if now_s >= self.counts_from_s:
-            self.of[diary.vehicle.name].stood_s += self._traffic.step_s
-            edge = diary.edge()
-            self.stood_s[edge] = self.stood_s.get(edge, 0.0) + self._traffic.step_s
+            of, stood_s = self.of, self.stood_s
+            for diary in diaries:
+                of[diary.vehicle.name].stood_s += step_s
+                stood_s[diary.edge] = stood_s.get(diary.edge, 0.0) + step_s
 
     def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:
         name = diary.vehicle.name
@@ -124,7 +125,7 @@ class Accounts:
         self._driven_m -= leap_m
         self.leaps.append((name, now_s, leap_m))
         if true_mps < STANDING_MPS:
-            self._stands(diary, now_s)
+            self._stand([diary], self._traffic.step_s, now_s)
 
     def take_flow(self) -> tuple[int, float, float, int]:
         """Return how many there are, and since the last call the mean number that stand, metres, and laps."""

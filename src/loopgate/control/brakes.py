@@ -35,8 +35,10 @@ class Brakes:
             if not vehicle.held:
                 self.forget(vehicle)
                 continue
-            left_m = vehicle.left_m()
-            if left_m < braking_m(vehicle.speed, vehicle.make.decel, step_s) - TOLERANCE_M:
+            left_m, speed, decel = vehicle.line_m - vehicle.front_m, vehicle.speed, vehicle.make.decel
+            if 2.0 * decel * left_m > speed * speed:
+                continue  # it stops in less, however long a step is
+            if left_m < braking_m(speed, decel, step_s) - TOLERANCE_M:
                 self.overrun(vehicle)
 
     def overrun(self, vehicle: Vehicle) -> None:

@@ -26,8 +26,8 @@ REFUSE: Final = "refuse"
 class Diary:
     """Up to where the way of a vehicle has been noted. The vehicle is at its start, or where it turns off.
 
-    `way`: with the legs as they are drawn; `path`: the same as objects. `laps`: so far. `due_m`: where
-    something is to be noted next [m].
+    `way`: with the legs as they are drawn; `path`: the same as objects. `laps`: so far. `edge`: the one that
+    the front is on, or in the junction behind. `due_m`: where something is to be noted next [m].
     """
 
     def __init__(self, vehicle: Vehicle, way: Way, path: Sequence[Leg], laps: int = 0) -> None:
@@ -37,6 +37,7 @@ class Diary:
         self.path: Final = path
         self._edges: Final = [edge for _, edge in way.edges]
         self._begins_m: Final = [float(begin_m) for begin_m, _ in way.edges]
+        self.edge = self._edges[-1]
         self._edge = 0
         self._edge_laps_m = 0.0
         self._edge_m = self._begins_m[0]
@@ -46,10 +47,6 @@ class Diary:
         self._entered = vehicle.granted
         self._leg_m = inf
         self.due_m = min(self._edge_m, self._lap_m)
-
-    def edge(self) -> str:
-        """Return the edge that the front is on, or in the junction behind."""
-        return self._edges[self._edge - 1]
 
     def jumped(self, skipped_m: float) -> None:
         """Note that the simulator moved the vehicle ahead: the lap ends so much later [m]."""
@@ -90,6 +87,7 @@ class Diary:
         return renewed
 
     def _next_edge(self) -> None:
+        self.edge = self._edges[self._edge]
         self._edge += 1
         if self._edge == len(self._edges):
             self._edge = 0
@@ -109,10 +107,10 @@ def look(
     Return the vehicles whose route the simulator has renewed.
     """
     due: list[Diary] = []
-    for number, diary in enumerate(diaries):
-        vehicle, front_m = diary.vehicle, fronts_m[number]
+    for diary, front_m, speed in zip(diaries, fronts_m, speeds, strict=True):
+        vehicle = diary.vehicle
         vehicle.front_m = front_m
-        vehicle.speed = speeds[number]
+        vehicle.speed = speed
         if front_m >= vehicle.due_m or front_m >= diary.due_m:
             due.append(diary)
     renewed: list[Vehicle] = []

@@ -184,7 +184,7 @@ class Driving:
             if self.is_gated:
                 traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
                 self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
-            self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge(), ""))
+            self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge, ""))
         fresh = self.diaries[first:]
         self.fronts.add([diary.vehicle for diary in fresh])
         for diary in fresh:

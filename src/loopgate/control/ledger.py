@@ -94,6 +94,8 @@ class Ledger:
         self._later: list[Vehicle] = []
         """Woken in an answer for the next one."""
         self._near: list[Vehicle] = []
+        self._in_order = 0
+        """So many of them, the first, are in the order of their numbers."""
         self._alarms: list[tuple[float, int, Vehicle]] = []
         self._shut: list[Place] = []
         self._opening: list[Place] = []
@@ -265,17 +267,19 @@ class Ledger:
     def _look_near(self) -> None:
         """Let vehicles ask that must brake soon; keep those that must not yet."""
         still: list[Vehicle] = []
-        self._near.sort(key=_number)
+        step_s = self.step_s
+        if len(self._near) > self._in_order:
+            self._near.sort(key=_number)
         for vehicle in self._near:
             if vehicle.near and not vehicle.asks and not vehicle.steered:
-                if vehicle.must_ask(self.step_s):
+                if vehicle.must_ask(step_s):
                     self._must_ask(vehicle)
                 else:
                     still.append(vehicle)
             vehicle.near = False
         for vehicle in still:
             vehicle.near = True
-        self._near = still
+        self._near, self._in_order = still, len(still)
 
     def consider(self, vehicle: Vehicle) -> None:
         """Let a vehicle ask again that was steered or stopped: now if it must, else in time."""
@@ -352,8 +356,9 @@ class Ledger:
 
     def refusal_of(self, vehicle: Vehicle) -> Refusal | None:
         """Return what the first of all rules but the last says that refuses a vehicle, if one does."""
-        for number in range(len(self.rules) - 1):
-            refusal = self.rules[number](vehicle, self.now_s)
+        rules, now_s = self.rules, self.now_s
+        for number in range(len(rules) - 1):
+            refusal = rules[number](vehicle, now_s)
             if refusal is not None:
                 return refusal
         return None

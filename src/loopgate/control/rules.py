@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import inf
+from typing import Final
 
 from loopgate.control.chain import full_after
 from loopgate.control.crossings import in_the_way
@@ -31,8 +32,8 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     if wanted.is_full() or wanted.shut:
         return Refusal("occupied", [wanted])
     for ahead, other in enumerate(reversed(wanted.line)):
-        if not other.stops_here():
-            continue
+        if other.stop_m >= other.line_m:
+            continue  # as `stops_here`, which is asked for each vehicle in the line
         leg = other.leg
         space_m = other.stop_m - other.line_m + leg.end_m - leg.begin_m
         # One that leaves its lane would be passed, and would no longer be first when it comes back.
@@ -41,13 +42,16 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return None
 
 
+_CROSSING: Final = Refusal("crossing")
+
+
 def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
     """Refuse where a vehicle under way on the crossing is in the way."""
     other = in_the_way(vehicle, now_s)
     if other is None:
         return None
     if other.until_m == -inf:
-        return Refusal("crossing")
+        return _CROSSING
     return Refusal("crossing", passed=other.vehicle, passed_m=other.until_m)
 
 
