@@ -29,8 +29,8 @@ class Recorder:
     """Collects events and writes them in batches to ``events.parquet``.
 
     `file`: the file to write; None keeps nothing. Words are kept as numbers from the moment they come in:
-    most rows arrive by the thousand, from compiled code that knows no words. Raises `ResultsError` if the
-    disk is full, as do `note`, `passed` and `close`; the events before that can be read.
+    most rows arrive by the thousand, and repeat few words. Raises `ResultsError` if the disk is full, as do
+    `note`, `passed` and `close`; the events before that can be read.
     """
 
     def __init__(self, file: Path | None) -> None:

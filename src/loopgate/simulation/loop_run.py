@@ -1,4 +1,4 @@
-"""Runs the engine for the scenario's time, watching for deadlocks, collisions and teleports."""
+"""Drives the vehicles for the scenario's time, watching for deadlocks, collisions and teleports."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def drive(
     Parameters
     ----------
     engine, traffic, detector, collisions
-        Made for each other; the engine has not begun.
+        Made for each other; nothing has been driven yet.
     scenario
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
     tick

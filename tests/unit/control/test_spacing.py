@@ -1,4 +1,4 @@
-"""How far vehicles are ahead on their loops, beside what the tables are told, and what follows."""
+"""How far vehicles are ahead on their loops, and what follows from it."""
 
 from __future__ import annotations
 

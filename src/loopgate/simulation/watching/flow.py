@@ -32,7 +32,7 @@ class FlowMeter:
     Parameters
     ----------
     traffic, engine
-        The simulation and the engine of a run that has not begun.
+        The simulation and the drive of a run that has not begun.
     """
 
     def __init__(self, traffic: Traffic, engine: Drive) -> None:

@@ -32,7 +32,7 @@ class FrontRecorder:
     file
         The file to write.
     traffic, engine, recorder
-        Simulation, engine and event recorder of the run.
+        Simulation, drive and event recorder of the run.
 
     Raises
     ------

@@ -39,7 +39,7 @@ class Trails:
         self._engine = engine
         self._changes = -1
         self._names: list[str] = []
-        """The gated vehicles by number, and the changes of the engine until then."""
+        """The gated vehicles by number, and the changes of the drive until then."""
         self._seen: list[tuple[float, Whereabouts, NDArray[np.int64]]] = []
         """Steps that are not part of the trails yet: when, who was where, and the last legs granted."""
         self._here = Whereabouts()
