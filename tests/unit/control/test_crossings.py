@@ -150,7 +150,7 @@ def test_one_may_have_to_wait_for_one_that_was_let_go_later(front_m: float, held
 
 @pytest.mark.parametrize(
     ("front_m", "foreseen", "free"),
-    [(60.0, True, True), (60.0, False, False), (65.6, False, True)],
+    [(60.0, True, True), (60.0, False, False), (65.4, False, False), (65.6, False, True)],
 )
 def test_where_vehicles_give_way_to_others_nothing_is_foreseen(
     front_m: float,
@@ -225,9 +225,15 @@ def test_one_that_goes_first_sets_out_weakly_and_the_other_may_drive_above_limit
 
 
 @pytest.mark.parametrize(("front_m", "found"), [(60.0, IN_THE_WAY), (66.0, BEFORE)])
-def test_one_that_may_have_to_wait_itself_does_not_go_first(front_m: float, found: str) -> None:
-    """Another was granted before it and is not past yet: here on the way over another junction."""
-    scene = Crossed("b", (20.0, 51.0))
+@pytest.mark.parametrize("inside_m", [1.0, 10.0])
+def test_one_that_may_have_to_wait_itself_does_not_go_first(
+    front_m: float, found: str, inside_m: float
+) -> None:
+    """Another was granted before it and is not past yet: here on the way over another junction.
+
+    It is before the stretch that both use, or on it.
+    """
+    scene = Crossed("b", (20.0, 50.0 + inside_m))
     ahead = Crossed("ab", (front_m, 51.0))
     scene.let_reach(100.0)
     assert scene.found() == BEFORE

@@ -245,6 +245,28 @@ def test_before_a_green_arrow_a_vehicle_stops() -> None:
     assert not scene.drives_on()
 
 
+@pytest.mark.parametrize(("letter", "kept"), [("G", False), ("s", True)])
+def test_a_stop_before_a_green_arrow_takes_time(letter: str, *, kept: bool) -> None:
+    """A vehicle is over the line 1.2 s after it sets out; it stops for three seconds before."""
+    scene = Scene(("t", 0.1))
+    scene.shows("t", letter, 3.0)
+    assert scene.keeps() is kept
+
+
+@pytest.mark.parametrize(("letter", "drives_on"), [("G", True), ("s", False)])
+def test_a_vehicle_with_a_green_arrow_does_not_drive_on_when_that_ends(
+    letter: str, *, drives_on: bool
+) -> None:
+    """Not even near the line at speed."""
+    scene = Scene(("t", 0.1), at_m=95.0, speed=10.0)
+    scene.shows("t", letter, 30.0)
+    scene.let_go()
+    scene.shows("t", "r", 1000.0)
+    scene.traffic.now_s = 31.0
+    scene.look()
+    assert scene.drives_on() is drives_on
+
+
 def test_all_lights_on_one_crossing_have_to_be_green_on_arrival() -> None:
     """The second light turns before the vehicle gets to it; it need not be green yet if it will be."""
     scene = Scene(("t", 0.1), ("u", 40.0))

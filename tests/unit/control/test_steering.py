@@ -61,6 +61,7 @@ class World:
         while self.car.steered:
             self.step()
             assert self.vehicle.front_m <= ROAD_M
+            assert self.traffic.now_s < 1000.0
 
 
 @pytest.mark.parametrize("start_m", range(20, 30))
