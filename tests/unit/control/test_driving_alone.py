@@ -137,18 +137,21 @@ def test_one_that_runs_through_its_stop_is_braked_counted_and_stays_under_the_ga
 
 
 def test_a_stop_that_the_simulator_refuses_does_not_end_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A vehicle that cannot be held is braked, as one that runs through."""
-    road = SharedRoad(120.0, 125.0)
+    """A vehicle that cannot be held is braked at once, as one that runs through."""
+    road, refused_s = SharedRoad(120.0, 125.0), list[float]()
     hold = road.traffic.hold
 
     def refuse(vehicle: str, *_: object) -> bool:
         monkeypatch.setattr(road.traffic, "hold", hold)
+        refused_s.append(road.traffic.now_s)
         msg = f"{vehicle}: too close to brake"
         raise TrafficError(msg)
 
     monkeypatch.setattr(road.traffic, "hold", refuse)
     road.drive(600.0)
     assert road.driving.brakes.overruns == len(road.traffic.brakes) == 1
+    assert [at_s for at_s, _ in road.traffic.brakes] == refused_s
+    assert road.ledger.trespasses == 0
     assert min(road.laps()) > 10
 
 
