@@ -10,7 +10,7 @@ import heart  # in analysis/
 import pytest
 
 from loopgate.control import crossings, driving, lamps, ledger, lights, steering
-from loopgate.control.places import Vehicle
+from loopgate.control.places import Place, Vehicle
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.run import simulate
@@ -140,22 +140,22 @@ def test_vehicles_drive_among_ordinary_ones_on_the_grid(drawn: Path) -> None:
     assert driven.km > 80
 
 
-def test_trips_depart_and_arrive_as_under_the_tables(tmp_path: Path) -> None:
+def test_trips_depart_and_arrive_as_in_a_run(tmp_path: Path) -> None:
     """As many depart and arrive, and they drive as far, though some have to wait outside."""
     file = tmp_path / "trips.rou.xml"
     heart.draw_trips("sumo:DRT", 0.6, 120.0, 1, file)
     scenario = Scenario(network="sumo:DRT", routes=str(file), duration_s=180, lights="off", seed=1)
-    driven, tables = heart.drive(scenario, assemble(scenario), watched=True), simulate(scenario)
+    driven, ran = heart.drive(scenario, assemble(scenario), watched=True), simulate(scenario)
     assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
     departed = int((driven.events["event"] == "start").sum())
-    assert departed == pytest.approx(tables["departed"], abs=3)
+    assert departed == pytest.approx(ran["departed"], abs=3)
     assert departed > 150
-    assert driven.arrived == pytest.approx(tables["arrived"], abs=8)
-    assert driven.km == pytest.approx(tables["distance_km"], rel=0.02)
+    assert driven.arrived == pytest.approx(ran["arrived"], abs=8)
+    assert driven.km == pytest.approx(ran["distance_km"], rel=0.02)
 
 
 def test_vehicles_are_spaced_on_their_loops() -> None:
-    """Under the tables they drive 81.3 km."""
+    """They drive 81.3 km."""
     scenario = Scenario(network=str(GRID), vehicles=100, loops=20, duration_s=120, spacing="hold", seed=1)
     driven = heart.drive(scenario, assemble(scenario), watched=True)
     assert driven.findings == []
@@ -176,7 +176,7 @@ def stopping(folder: Path, routes: str, places: str = "", duration_s: float = 40
 
 
 def test_vehicles_stop_all_over_a_busy_grid(tmp_path: Path) -> None:
-    """Under the tables they drive 96.5 km and stop 354 times."""
+    """They drive 96.5 km and stop 354 times."""
     loops, draw = generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0)), Random(3)
     lines = []
     for number, loop in enumerate(loops):
@@ -199,7 +199,7 @@ RING = 'edges="B2C2 C2C1 C1B1 B1B2"'
 
 
 def test_vehicles_park_beside_a_busy_street_and_come_back(tmp_path: Path) -> None:
-    """Under the tables they stop 43 to 46 times, and stand parked for 530 s beyond their stops."""
+    """They stop 43 to 46 times, and stand parked for 530 s beyond their stops."""
     places = (
         '<parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>'
         '<parkingArea id="kerb" lane="B1B2_0" startPos="10" endPos="70" roadsideCapacity="6"/>'
@@ -234,10 +234,28 @@ def test_were_nobody_held_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch)
     assert not driven.joined
 
 
-def test_were_a_wake_missed_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def forget(_: ledger.Ledger, vehicle: Vehicle, __: float) -> None:
-        vehicle.watchers.clear()
+def forget_watchers(_: ledger.Ledger, vehicle: Vehicle, __: float) -> None:
+    """Wake no vehicle that waits until a front is so far."""
+    vehicle.watchers.clear()
 
-    monkeypatch.setattr(ledger.Ledger, "_wake_watchers", forget)
-    monkeypatch.setattr(ledger.Ledger, "_wake_waiting", lambda _, place: place.waiting.clear())
-    assert heart.drive(*starts(200), watched=True).free_to_go
+
+def forget_waiting(_: ledger.Ledger, place: Place) -> None:
+    """Wake no vehicle that waits for a slot of a place."""
+    place.waiting.clear()
+
+
+WAKES = {"_wake_watchers": forget_watchers, "_wake_waiting": forget_waiting}
+
+
+@pytest.mark.parametrize("missed", ["", *WAKES])
+def test_were_a_wake_missed_that_would_be_noticed(
+    missed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing is foreseen of long vehicles: they are asked again only once others are past, or leave."""
+    if missed:
+        monkeypatch.setattr(ledger.Ledger, missed, WAKES[missed])
+    lines = ['<vType id="long" length="12"/>']
+    for loop in generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0)):
+        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}"/>')
+        lines += [f'<vehicle id="{loop.id}.{k}" type="long" route="{loop.id}" depart="0"/>' for k in range(4)]
+    assert bool(stopping(tmp_path, "".join(lines), duration_s=60.0).free_to_go) is bool(missed)
