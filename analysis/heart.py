@@ -25,6 +25,7 @@ from typing import Any, cast
 
 import pandas as pd
 import sumo
+from compiled_wheel import compile_ledger
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.audit import audit_events
@@ -235,12 +236,7 @@ def compile_control(folder: Path) -> None:
     """Copy the package into a folder, and compile the ledger there with mypyc."""
     source = Path(__file__).resolve().parents[1] / "src" / "loopgate"
     shutil.copytree(source, folder / "loopgate", ignore=shutil.ignore_patterns("__pycache__"))
-    control = sorted((folder / "loopgate" / "control").glob("*.py"))
-    files = [str(one.relative_to(folder)) for one in control if one.name != "__init__.py"]
-    words = ("--follow-imports=skip", "--ignore-missing-imports", "--config-file=")
-    compiler = Path(sys.executable).with_name("mypyc")
-    command = [sys.executable, str(compiler), *words, *files, "loopgate/gates/certified/chain.py"]
-    subprocess.run(command, check=True, capture_output=True, cwd=folder)
+    compile_ledger(folder)
 
 
 def main() -> None:

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from compiled_wheel import compile_ledger
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVE = """
@@ -31,20 +32,11 @@ print(ledger.__file__)
 
 @pytest.mark.slow
 @pytest.mark.skipif(not (find_spec("mypyc") and shutil.which("cc")), reason="needs mypyc and a compiler")
-def test_compiled_it_drives_as_plain(tmp_path: Path) -> None:
+def test_compiled_it_drives_as_plain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lights, ordinary traffic and spacing in a town; compiled in a copy of the source."""
     shutil.copytree(ROOT / "src" / "loopgate", tmp_path / "loopgate")
-    control = sorted((tmp_path / "loopgate" / "control").glob("*.py"))
-    files = [str(one.relative_to(tmp_path)) for one in control if one.name != "__init__.py"]
-    words = ("--follow-imports=skip", "--ignore-missing-imports", "--config-file=")
-    compiler = Path(sys.executable).with_name("mypyc")
-    subprocess.run(
-        [sys.executable, str(compiler), *words, *files, "loopgate/gates/certified/chain.py"],
-        check=True,
-        capture_output=True,
-        cwd=tmp_path,
-        env={**os.environ, "MYPYC_OPT_LEVEL": "0"},
-    )
+    monkeypatch.setenv("MYPYC_OPT_LEVEL", "0")
+    compile_ledger(tmp_path)
     told = {}
     for kind, source in (("plain", ROOT / "src"), ("compiled", tmp_path)):
         paths = os.pathsep.join((str(source), str(ROOT / "analysis")))
@@ -57,6 +49,14 @@ def test_compiled_it_drives_as_plain(tmp_path: Path) -> None:
             env={**os.environ, "PYTHONPATH": paths},
         )
         told[kind] = done.stdout.strip()
+        said = subprocess.run(
+            [sys.executable, "-m", "loopgate", "--version"],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={**os.environ, "PYTHONPATH": paths},
+        )
+        assert said.stdout.endswith(f", {kind} ledger\n")
     assert told["plain"].endswith("ledger.py")
     assert not told["compiled"].endswith(".py")
     plain, compiled = ((tmp_path / f"{kind}.csv").read_text() for kind in told)

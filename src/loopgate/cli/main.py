@@ -13,7 +13,7 @@ from loopgate.cli.interrupts import EXIT_INTERRUPTED, listen
 from loopgate.cli.json_output import only_json
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
-from loopgate.versions import DISTRIBUTION
+from loopgate.versions import DISTRIBUTION, ledger_kind
 
 EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
@@ -53,7 +53,9 @@ class _LazyGroup(click.Group):
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(package_name=DISTRIBUTION)
+@click.version_option(
+    package_name=DISTRIBUTION, message=f"%(prog)s, version %(version)s, {ledger_kind()} ledger"
+)
 def cli() -> None:
     """Vehicles on closed loops in a SUMO road network: no collision; no lock while none stands for good."""
 
