@@ -17,7 +17,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import usual
+from loopgate.control.rules import chain, usual
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.control.way import Way
 from loopgate.errors import ScenarioError
@@ -64,6 +64,14 @@ def later_ways(assembly: Assembly) -> list[Track]:
     """Return the tracks of the vehicles that depart later, and of all other ways."""
     planned = (*assembly.departures, *assembly.other_ways)
     return [one.track for one in planned if one.track is not None]
+
+
+def _notes(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
+    """Return the warning about vehicles that keep their slots while they park."""
+    names = [stop.name for some in assembly.stops.values() for stop in some if stop.parks]
+    if chain in driving.ledger.rules or not names:
+        return ()
+    return (f"stops: while a vehicle parks, as at {names[0]}, no other vehicle enters its place",)
 
 
 def slots_of(assembly: Assembly) -> dict[str, int]:
@@ -229,6 +237,6 @@ def open_gated(
         rerouting,
         containment,
         tuple(looks),
-        (),
+        _notes(assembly, driving),
         laid.by_messages.close if laid.by_messages else lambda: None,
     )
