@@ -13,14 +13,11 @@ import stat
 import sys
 import time
 from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numpy as np
-from numba import config, njit, typeof
-from numba.core import event, types
-from numba.extending import overload
+from numba import config, njit
+from numba.core import event
 
 _PACKAGE = Path(__file__).parent
 _ROOMS = "*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
@@ -97,22 +94,13 @@ def mark(folder: str, group: str) -> bool:
     return True
 
 
-_WITH: dict[Callable[..., Any], str] = {}
-"""Functions that are compiled only with a table, and which; see `only_with`."""
-
-
 class _Announcer(event.Listener):
-    """Says on stderr that much is compiled: once for a folder, and for each of the package's own packages.
-
-    And once more for what is compiled only with some table.
-    """
+    """Says on stderr that much is compiled: once for a folder, and for each of the package's own packages."""
 
     def on_start(self, event: event.Event) -> None:
         function = event.data["dispatcher"].py_func
         package, _, module = function.__module__.partition(".")
-        if module == "kernel_cache":
-            return  # a line of it, for what is called
-        group = module.partition(".")[0] + (f" with {_WITH[function]}" if function in _WITH else "")
+        group = module.partition(".")[0]
         if package == __package__ and mark(config.CACHE_DIR, group):  # type: ignore[attr-defined]
             text = f"compiling its kernels ({group}), once for this version; about half a minute"
             sys.stderr.write(f"loopgate: {text}\n")
@@ -153,75 +141,3 @@ def listen_to_compiling(tell: Callable[[str], None]) -> None:
 def kernel(function: F) -> F:
     """Decorate a function to be compiled at its first call; the compiled code is kept."""
     return cast("F", njit(cache=True, error_model="numpy")(function))
-
-
-_UNCOUNTED: dict[str, Any] = {"_nrt": False}
-_ONLY_INSIDE: dict[str, Any] = _UNCOUNTED | {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
-
-
-def outer(function: F) -> F:
-    """Decorate a function to be compiled as a `kernel` that makes no arrays.
-
-    Elsewhere numba counts who refers to an array, whenever one is taken out of a tuple or handed on: for many
-    tables in one tuple that takes several times as long as the work itself. To make an array here is an error
-    when it is compiled.
-    """
-    return cast("F", njit(cache=True, error_model="numpy", **_UNCOUNTED)(function))
-
-
-def inner(function: F) -> F:
-    """Decorate a function to be compiled for calls from compiled functions only.
-
-    There is no way in from Python: calling it from there ends the process.
-    """
-    return cast("F", njit(cache=True, error_model="numpy", **_ONLY_INSIDE)(function))
-
-
-def way_in(function: F, *like: Any) -> F:  # noqa: ANN401  what it is called with
-    """Return a `kernel` compiled for given arguments; it is called once with them.
-
-    To look up their types at each call takes numba longer than a short step. They are taken for granted now:
-    others would end the process. Uncompiled it is the function itself.
-    """
-    function(*like)
-    kinds = tuple(typeof(one) for one in like)  # type: ignore[no-untyped-call]
-    compiled = getattr(function, "overloads", {}).get(kinds)
-    return cast("F", compiled.entry_point) if compiled else function
-
-
-def only_with(table: str, otherwise: int | None) -> Callable[[F], F]:
-    """Decorate a function to be compiled as `inner` for a table, not None, as the last parameter.
-
-    Elsewhere calls give another answer, and nothing is compiled.
-    """
-
-    def decorate(function: F) -> F:
-        compiled = inner(function)
-        _WITH[function] = table
-
-        @wraps(function)
-        def choose(*args: Any) -> Any:  # noqa: ANN401  as the function has them
-            return otherwise if getattr(args[-1], table) is None else compiled(*args)
-
-        @overload(choose, strict=False)  # only this one has annotations
-        def _chosen(*args: Any) -> Callable[..., Any]:  # noqa: ANN401  types of numba's
-            if isinstance(args[-1].types[args[-1].fields.index(table)], types.NoneType):
-                return lambda *args: otherwise  # noqa: ARG005
-            return lambda *args: compiled(*args)  # noqa: PLW0108  that is what becomes part of the caller
-
-        return cast("F", choose)
-
-    return decorate
-
-
-def constant(value: int) -> int:
-    """Return a number as a value that compiled code does not treat as a constant.
-
-    Of each function that is called with a plain constant it makes a version for that one.
-    """
-    return cast("int", np.int64(value))
-
-
-def part(function: F) -> F:
-    """Inline a function into its compiled callers; this compiles faster than a call."""
-    return cast("F", njit(inline="always", error_model="numpy")(function))
