@@ -1,4 +1,4 @@
-"""Looks whether held vehicles can still stop at their lines, and brakes those that cannot."""
+"""Looks whether held vehicles can still stop at their stop lines, and brakes those that cannot."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from loopgate.traffic.base import Traffic
 
 
 class Brakes:
-    """The vehicles that brake for their lines.
+    """The vehicles that brake for their stop lines.
 
-    `overruns`: how often a held vehicle could not stop at its line.
+    `overruns`: how often a held vehicle could not stop at its stop line.
     """
 
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:

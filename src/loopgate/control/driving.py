@@ -207,7 +207,10 @@ class Driving:
             self._pressing.room_for(len(self.ledger.vehicles), places)
 
     def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
-        """Return whether a slot is free at the start of a vehicle, and all there are before it."""
+        """Return whether a slot is free where a vehicle starts, and all vehicles there are ahead of it.
+
+        `gap_m`: the room that it keeps to them [m].
+        """
         leg = self.path(way)[way.position]
         clear_m = way.front_m - leg.begin_m + gap_m
         if leg.place.is_full():

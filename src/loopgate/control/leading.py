@@ -27,7 +27,10 @@ def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
 
 
 def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
-    """Let a vehicle go on by another path that it may take; return how much more its arc lengths are [m]."""
+    """Move a vehicle to another path, on which it goes on from `leg`.
+
+    Return what to add to its old arc lengths to get the new ones [m]. `make`, `lap_m`: on that path.
+    """
     withdraw(ledger, vehicle)
     by_m = vehicle.turn_off(leg, make, lap_m)
     body, place = vehicle.bodies[0], leg.place

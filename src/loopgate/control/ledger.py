@@ -308,7 +308,7 @@ class Ledger:
     def step_aside(self, vehicle: Vehicle) -> bool:
         """Let a vehicle that parks give up its slot; return whether it does.
 
-        It does where it holds one place as a whole; until it has a slot again it is in none.
+        It does so only if its whole body is in one place. Until it gets a slot again, it is in no place.
         """
         if vehicle.trips or len(vehicle.bodies) != 1 or vehicle.beside:
             return False

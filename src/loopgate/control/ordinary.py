@@ -42,7 +42,10 @@ _REACTS_S: Final = 1.0
 
 
 def traffic(sight: Sight, slack: Slack) -> Rule:
-    """Return the rule: no vehicle sets out while an ordinary one is in its way, or would have no room."""
+    """Return the rule that refuses a vehicle while an ordinary vehicle is in its way, or leaves it no room.
+
+    `slack`: knows the room on the roads between places.
+    """
 
     def gives_way(vehicle: Vehicle, now_s: float) -> Refusal | None:
         if not sight.others:

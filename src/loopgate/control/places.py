@@ -199,8 +199,8 @@ class Trip:
 class Make:
     """What a vehicle is like: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
-    `haste`: at how many times the limits it may drive, if that is more than one. `foreseen`: whether it can
-    be told when it will be past a crossing.
+    `haste`: its speed factor, at least one: 1.2 is 20 % over the limits. `foreseen`: whether the time can be
+    predicted at which it clears a crossing.
     """
 
     __slots__ = ("accel", "decel", "foreseen", "haste", "length_m", "top")
@@ -331,7 +331,7 @@ class Vehicle:
         return by_m
 
     def after_begins_m(self, after: Leg) -> float:
-        """Return where the leg after the last granted one begins on its way [m]."""
+        """Return the arc length at which leg `after`, the one behind the last granted leg, begins [m]."""
         return (self.laps_m if after.number > self.leg.number else self.laps_m + self.lap_m) + after.begin_m
 
     def _end_m(self) -> float:

@@ -35,17 +35,17 @@ class AskedGate:
     Parameters
     ----------
     system, gate
-        The vehicles as robots that stand as the system says, and the gate made for it; by default `go_by`
-        says them before the gate is asked.
+        The vehicles as robots with their positions, and the gate made for the system. By default `go_by`
+        is called with both before the gate is asked.
 
     Attributes
     ----------
     decides
         Whether the gate is asked now, and not the chain rule by itself.
     times
-        How long its decisions took, by stage [us].
+        How long decisions of the gate took, by stage [us].
     messages
-        How many messages between robots they cost.
+        How many messages between robots these decisions cost.
     """
 
     def __init__(self, system: System | None = None, gate: Gate | None = None) -> None:
@@ -122,7 +122,7 @@ class AskedGate:
 
 
 class Negotiated:
-    """A negotiation as the order of a ledger."""
+    """Lets a negotiation decide in which order a ledger grants."""
 
     def __init__(self, system: System | None, negotiation: Negotiation) -> None:
         self._negotiation = careful_order(negotiation)

@@ -51,7 +51,7 @@ class Blocked:
 
 
 class Standing(Protocol):
-    """Closed streets, broken-down vehicles, and vehicles at long stops."""
+    """Tells which streets are closed, and which vehicles have broken down or stand at long stops."""
 
     @property
     def incidents(self) -> Incidents:

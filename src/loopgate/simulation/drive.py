@@ -210,7 +210,7 @@ class Drive:
 
     @property
     def strays(self) -> int:
-        """Vehicles that the simulator took to another lane than their loop's."""
+        """How many vehicles SUMO has put on another lane than their loop's."""
         return self.driving.steering.strays
 
     def trespasses_now(self, vehicle: str) -> bool:

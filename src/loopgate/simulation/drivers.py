@@ -43,7 +43,7 @@ def as_machine(kind: VehicleType, step_s: float) -> VehicleType:
 
 
 def type_name(kind: VehicleType) -> str:
-    """Return the name that a type has in the file."""
+    """Return the name of a vehicle type in the route file that it was read from."""
     return kind.id.removesuffix(_MACHINE)
 
 

@@ -31,7 +31,7 @@ class JoinedGate:
     driving, asked
         Drives the vehicles; what asks the gate.
     there
-        For how many vehicles the gate was made that is there at the beginning.
+        The number of vehicles for which the first gate was made.
     """
 
     def __init__(self, spec: object, driving: Driving, asked: AskedGate, there: int) -> None:

@@ -223,7 +223,10 @@ class Leading:
         self._ledger.shut(self._driving.places[place])
 
     def withhold(self, vehicles: AbstractSet[str]) -> None:
-        """Grant nothing to these from now on, and again to those that were named in the call before."""
+        """From now on grant nothing to these vehicles.
+
+        Vehicles that only the call before named get grants again.
+        """
         every = self._ledger.vehicles
         for name in (self._withheld | vehicles) & every.keys():
             every[name].withheld = "stop" if name in vehicles else ""

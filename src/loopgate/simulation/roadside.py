@@ -39,7 +39,7 @@ class Beside:
     called: bool = False
 
     def figures(self) -> dict[str, Any]:
-        """Return it for ``summary.json``."""
+        """Return the vehicle, its place and its times beside the road for ``summary.json``."""
         return {"vehicle": self.vehicle, "place": self.place, "from_s": self.from_s, "to_s": self.to_s}
 
 

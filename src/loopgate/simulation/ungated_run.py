@@ -75,7 +75,7 @@ class UngatedDepartures(Departures):
 
 
 def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder) -> Session:
-    """Return a session in which nobody asks, and SUMO's right of way rules."""
+    """Return a session in which no vehicle asks for grants: SUMO's right of way decides."""
     driving = Driving(
         traffic,
         Layout(dict.fromkeys(assembly.names, NEVER_FULL), []),

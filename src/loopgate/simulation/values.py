@@ -37,7 +37,7 @@ def checked(key: str, value: object, rule: Rule) -> object:
     Raises
     ------
     ScenarioError
-        If it is none that the key may have; the text says which it may.
+        If the key does not allow the value. The text lists the values that it allows.
     """
     try:
         return rule.accept(value)

@@ -60,8 +60,8 @@ class Plan:
     def goes_on_with(self, earlier: Plan) -> bool:
         """Return whether vehicles under an earlier plan can follow this plan from now on.
 
-        They can if their places, and what lies between these, are the same: only among the movements that
-        are new may there be conflicts that were none.
+        They can if their places and the roads between these are the same. A new conflict must be between new
+        movements only.
         """
         before, now = earlier.layout, self.layout
         movements = {c.id for way in earlier.itineraries for leg in way.legs for c in leg.crossings}

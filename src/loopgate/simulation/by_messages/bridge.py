@@ -72,25 +72,25 @@ class Bridge:
     def at_line(
         self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
     ) -> Answer:
-        """See `Controllers`."""
+        """Answer as `Controllers.at_line` says."""
         ahead, here = shares
         said = {"since_s": stamp[0], "now_s": now_s, "ahead": ahead, "here": here, "free": free}
         return self._tell(number, event="line", **said)
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
-        """See `Controllers`."""
+        """Answer as `Controllers.hear` says."""
         return self._tell(number, event="hear", message=encode(message))
 
     def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
-        """See `Controllers`."""
+        """Answer as `Controllers.crossing` says."""
         return self._tell(number, event="crossing", now_s=now_s, free=free)
 
     def rear_out(self, number: int) -> Answer:
-        """See `Controllers`."""
+        """Answer as `Controllers.rear_out` says."""
         return self._tell(number, event="rear")
 
     def remind(self, number: int) -> Answer:
-        """See `Controllers`."""
+        """Answer as `Controllers.remind` says."""
         return self._tell(number, event="patience")
 
     def report(self) -> dict[str, Any]:

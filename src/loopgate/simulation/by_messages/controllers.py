@@ -23,7 +23,10 @@ class Controllers(Protocol):
         ...
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
-        """Let happen what happens to controllers; return which begin anew, where they stand, and say what."""
+        """Apply failures and restarts of controllers now; return each restarted vehicle with its answer.
+
+        `stand`: returns where a vehicle stands, by its number.
+        """
         ...
 
     def report(self) -> dict[str, Any]:
@@ -31,7 +34,7 @@ class Controllers(Protocol):
         ...
 
     def close(self) -> None:
-        """End all of them."""
+        """End all controllers."""
         ...
 
     def at_line(

@@ -96,7 +96,7 @@ class DecisionsOnSegments:
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
 
     def begin(self) -> None:
-        """Begin as vehicles stand, each whole in one segment."""
+        """Take over the first positions: each vehicle holds the one segment in which it stands."""
         motor = self._motor
         self.where = where = motor.where
         self.radio.over(where)

@@ -135,7 +135,7 @@ class Radio(Generic[E]):
             self.air.send(now_s, message, apart)
 
     def overhear(self, place: int, number: int, event: E, now_s: float) -> None:
-        """Let a vehicle hear what a post says to another."""
+        """Let vehicle `number` hear an event that the post of a place sends to another vehicle."""
         if not self._is_cut(now_s, [place], number):
             self.air.send(now_s, event, [self.where.to_m(number, place)])
 

@@ -85,9 +85,9 @@ class Verdicts:
     1. a gated vehicle without a grant for its place, or that hits a person;
     2. on one lane, or on two ways out of one lane: the vehicle behind;
     3. the vehicle that entered the junction at red;
-    4. the vehicle that must yield by the junction's request matrix. But the other vehicle erred if this one
-       was already inside, beyond the point where it could wait, while the other could still stop before the
-       junction; or if this one could no longer stop when the other departed;
+    4. the vehicle A that must yield by the junction's request matrix. But the other vehicle B erred if A was
+       already past its waiting point inside while B could still stop before the junction; or if A could no
+       longer stop when B was inserted;
     5. if neither or both must yield: the vehicle that came later.
 
     Parameters
