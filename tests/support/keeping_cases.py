@@ -86,17 +86,22 @@ def a_place_off_the_way_is_free() -> None:
     assert ("d", "granted") in hand.decide(21.0)
 
 
+def _round_the_circle(hand: ByHand, names: str) -> None:
+    """Refuse a, whose move would close a circle; then let others go, one each second from 20 s on."""
+    hand.asks("a", 0.0)
+    assert hand.decide(0.0) == [("a", "deadlock")]
+    for now_s, name in enumerate(names, 20):
+        hand.asks(name, float(now_s))
+        assert (name, "granted") in hand.decide(float(now_s))
+        hand.cleared(name)
+        hand.withhold("red", "a")
+
+
 def after_a_circle_all_stays_shut() -> None:
     """Let x move, since a would close a circle, and then h: x is off the way now, but d must wait."""
     paths = {"a": "p h", "h": "h x", "x": "x h", "y": "x y", "z": "x y", "d": "d x"}
     hand = by_hand(paths, {"p": 2, "h": 2, "x": 3, "y": 3, "d": 2})
-    hand.asks("a", 0.0)
-    assert hand.decide(0.0) == [("a", "deadlock")]
-    for now_s, name in ((20.0, "x"), (21.0, "h"), (22.0, "y")):
-        hand.asks(name, now_s)
-        assert (name, "granted") in hand.decide(now_s)
-        hand.cleared(name)
-        hand.withhold("red", "a")
+    _round_the_circle(hand, "xhy")
     assert len(hand.place("x").bodies) == 2
     hand.asks("d", 23.0)
     assert ("d", "service") in hand.decide(23.0)
@@ -109,13 +114,7 @@ def after_a_circle_no_slot_is_for_others() -> None:
     """Keep d and e out of x, though they leave a full place for two free slots, until a has gone."""
     paths = {"a": "p h", "h": "h x", "x": "x h", "y": "x y", "z": "x y", "d": "d x", "e": "d x"}
     hand = by_hand(paths, {"p": 2, "h": 2, "x": 3, "y": 3, "d": 2})
-    hand.asks("a", 0.0)
-    assert hand.decide(0.0) == [("a", "deadlock")]
-    for now_s, name in ((20.0, "x"), (21.0, "h"), (22.0, "y"), (23.0, "z")):
-        hand.asks(name, now_s)
-        assert (name, "granted") in hand.decide(now_s)
-        hand.cleared(name)
-        hand.withhold("red", "a")
+    _round_the_circle(hand, "xhyz")
     assert len(hand.place("x").bodies) == 1
     hand.asks("d", 24.0)
     assert ("d", "service") in hand.decide(24.0)

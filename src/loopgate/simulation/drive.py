@@ -1,4 +1,4 @@
-"""The ledger (`loopgate.control`) as a run asks it."""
+"""What drives the vehicles of a run, as the run and its observers ask it."""
 
 from __future__ import annotations
 
