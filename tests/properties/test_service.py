@@ -8,6 +8,7 @@ from math import inf
 
 import pytest
 from crossed_roads import CrossedRoads, Unfair
+from keeping_cases import movers_seen
 from small_roads import (
     Roads,
     commuters,
@@ -21,7 +22,6 @@ from small_roads import (
 
 from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 
@@ -58,16 +58,8 @@ def test_the_vehicle_that_must_move_next_is_the_one_that_the_rule_of_the_gate_na
     """For the oldest request, in every second in which a vehicle is served."""
     served = 0
     for system, seed in crowded(roads):
-        layout = SystemIndex(system)
         world = CrossedRoads(system, seed, serve_after_s=PATIENCE_S, negotiation=Unfair({seed}))
-        for _ in range(FOR_S // 2):
-            world.let_ask()
-            oldest = world.oldest(PATIENCE_S)
-            here = Occupancy.of(layout, world.hand.configuration())
-            world.decide()
-            if oldest is not None:
-                served += 1
-                assert world.vehicles[next_mover(here, oldest)].mover
+        served += movers_seen(world, PATIENCE_S, FOR_S // 2)
     assert served
 
 

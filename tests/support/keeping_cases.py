@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 
 from by_hand import AFTER_S, ByHand, by_hand
-from crossed_roads import small_grid
+from crossed_roads import CrossedRoads, small_grid
 
 from loopgate.abstraction.itinerary import Crossing
 from loopgate.gates.certified.occupancy import Occupancy
@@ -193,19 +193,27 @@ def no_negotiation_holds_the_one_that_must_move() -> None:
     assert min(world.moves) > 0
 
 
-def the_mover_is_the_one_of_the_gates_rule() -> None:
-    """In each second, for the oldest request; and every vehicle goes on."""
-    world = small_grid(AFTER_S)
+def movers_seen(world: CrossedRoads, after_s: float, seconds: int) -> int:
+    """Drive for some seconds; in each, the mover for the oldest request is the one of the gate's rule.
+
+    Return in how many seconds a request was as old as `after_s`.
+    """
     layout, seen = SystemIndex(world.system), 0
-    for _ in range(200):
+    for _ in range(seconds):
         world.let_ask()
-        oldest = world.oldest(AFTER_S)
+        oldest = world.oldest(after_s)
         here = Occupancy.of(layout, world.hand.configuration())
         world.decide()
         if oldest is not None:
             seen += 1
             assert world.vehicles[next_mover(here, oldest)].mover
-    assert seen
+    return seen
+
+
+def the_mover_is_the_one_of_the_gates_rule() -> None:
+    """In each second, for the oldest request; and every vehicle goes on."""
+    world = small_grid(AFTER_S)
+    assert movers_seen(world, AFTER_S, 200)
     assert max(world.longest_s) < 10 * AFTER_S
 
 
