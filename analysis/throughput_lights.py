@@ -1,7 +1,8 @@
 """Vehicle-km where lights are obeyed: SUMO's own drivers beside the certified gate, under the same lights.
 
 The five-by-five grid with lights that follow the traffic and south-east Berlin on random loops; other
-networks with lights by their files, with loops that turn round where streets end.
+networks with lights by their files, with loops that turn round where streets end, as many as there are up to
+sixty; there ``--vehicles`` may be any counts.
 
     python analysis/throughput_lights.py --seeds 5 --duration 900 --write
 
@@ -11,13 +12,14 @@ are kept, see ``--help``.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from throughput_study import ROOT, Rule, Study, conduct, parser
 
 from loopgate.abstraction.queue_layout import why_not
-from loopgate.network import Loop, RoadNetwork, generate_loops
+from loopgate.network import Loop, RoadNetwork, find_loops
 
 GRID = str(ROOT / "networks" / "grid5-actuated.net.xml")
 
@@ -37,7 +39,7 @@ def study(
     def make(seed: int) -> Sequence[Loop]:
         roads = RoadNetwork.open(network)
         length_m = (400.0, longest_m)
-        return generate_loops(
+        found = find_loops(
             roads,
             loops,
             length_m=length_m,
@@ -45,6 +47,9 @@ def study(
             u_turns=u_turns,
             admits=lambda loop: not why_not(roads, loop),
         )
+        if found.shortfall:
+            sys.stderr.write(f"{name}: {found.shortfall}\n")
+        return found.loops
 
     common = {"network": network}
     rules = (
@@ -65,7 +70,7 @@ if __name__ == "__main__":
             str(file.resolve()),
             60,
             3000.0,
-            (40, 100, 200, 300),
+            tuple(given.vehicles or (40, 100, 200, 300)),
             u_turns=True,
         )
         for file in given.networks

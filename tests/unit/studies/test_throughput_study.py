@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+import throughput_lights
 from throughput_study import (
     LONGEST_WAIT,
     NOT_ON_PAGE,
     PAGE,
+    ROOT,
     TABLES,
     Rule,
     Study,
@@ -125,3 +127,12 @@ def test_the_page_shows_the_tables_that_the_file_of_tables_holds() -> None:
         assert there == (name not in NOT_ON_PAGE), name
         assert LONGEST_WAIT in text
         assert LONGEST_WAIT not in part
+
+
+def test_a_network_with_few_loops_gives_the_loops_that_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+    """The study asks for 500 loops of a small network; it goes on with fewer, and says so."""
+    few = throughput_lights.study(
+        "small", "Small", str(ROOT / "networks" / "ring3.net.xml"), 500, 900.0, (10,)
+    )
+    assert 0 < len(few.loops(1)) < 500
+    assert "of 500 loops" in capsys.readouterr().err
