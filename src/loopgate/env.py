@@ -129,7 +129,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             negotiation=self._priorities,
         )
         session = self._session = self._stack.enter_context(opened)
-        session.engine.begin()
+        session.drive.begin()
         self._end_s = session.traffic.now_s + scenario.warmup_s + scenario.duration_s
         self.agents = list(self.possible_agents)
         return self._observations(session), {agent: {} for agent in self.agents}
@@ -155,7 +155,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         if session is None or not self.agents:
             msg = "no episode is under way; call reset() first"
             raise ScenarioError(msg)
-        drive, traffic = session.engine, session.traffic
+        drive, traffic = session.drive, session.traffic
         self._priorities.of = {agent: float(np.asarray(number).item()) for agent, number in actions.items()}
         before_m = dict(zip(drive.names(), drive.fronts().tolist(), strict=True))
         began_s = traffic.now_s
@@ -181,7 +181,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
 
     @staticmethod
     def _observations(session: Session) -> dict[str, Observation]:
-        drive, now_s = session.engine, session.traffic.now_s
+        drive, now_s = session.drive, session.traffic.now_s
         seen = {vehicle.name: _seen(vehicle, now_s) for vehicle in drive.vehicles}
         return {agent: np.clip(np.array(one, dtype=np.float32), 0.0, 1.0) for agent, one in seen.items()}
 

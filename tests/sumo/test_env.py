@@ -72,7 +72,7 @@ def test_no_order_is_unsafe(env: LoopgateEnv) -> None:
         env.step({agent: rng.random(1, np.float32) for agent in env.agents})
     session = env._session
     assert session is not None
-    assert (session.engine.trespasses, session.engine.overruns) == (0, 0)
+    assert (session.drive.trespasses, session.drive.overruns) == (0, 0)
     assert session.traffic.collisions() == ()
 
 

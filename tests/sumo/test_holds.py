@@ -81,7 +81,7 @@ def test_a_release_takes_its_own_stop_and_no_other() -> None:
 
 
 def test_one_on_another_lane_is_not_held_but_told() -> None:
-    """The engine leads it back then."""
+    """The drive leads it back then."""
     libsumo.start(["sumo", "-n", str(GRID), "--no-step-log", "--no-warnings"])
     try:
         libsumo.route.add("r", ["A0A1", "A1A2"])

@@ -59,7 +59,7 @@ def _aspect(part: str, runs: pd.DataFrame) -> str:
 
 
 def lead(sections: Sequence[Section]) -> str:
-    """Return the page's first sentence: how runs were compared, and the result on the first network."""
+    """Return the page's first sentences: how runs were compared, and the result on the first network."""
     section = sections[0]
     if section.watch is not None:
         return " ".join(watch_sentences(section.watch)[:2])
@@ -74,13 +74,13 @@ def lead(sections: Sequence[Section]) -> str:
     found = ", ".join(
         f"{name} in {locked.get(name, 0)} of {of[name]}" for name in sorted(of.index, key=open_first)
     )
-    ended = f"runs that lock up: {found}"
+    ended = f"Runs that lock up: {found}"
     if len(runs) == 1:
-        ended = "it locks up" if len(locked) else "no deadlock"
+        ended = "It locks up" if len(locked) else "No deadlock"
     tables = {item.name: item.table for item in section.tables}
-    best = _throughput(tables, runs, every=False)[0].rstrip(".")
     where = f" on {section.network}" if len(sections) > 1 else ""
-    return f"{what}{where}: {best}; {ended}."
+    best = _throughput(tables, runs, every=False)[0]
+    return f"{what}{where}: {best[0].lower()}{best[1:]} {ended}."
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -103,9 +103,9 @@ def headline(section: Section, said: str = "") -> list[str]:
     if section.watch is not None:
         mishaps = _mishaps(section.runs)
         return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
-    fresh = (text for text in _throughput(tables, section.runs) if text.rstrip(".") not in said)
+    fresh = [text for text in _throughput(tables, section.runs) if text[1:] not in said]
     return [
-        *(text[0].upper() + text[1:] for text in fresh),
+        *fresh,
         *_truncated(section.runs),
         *_pairs(tables),
         *([_deadlocks(section.runs)] if len(section.runs) > 1 else []),
@@ -154,18 +154,25 @@ def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every
     much = f"{number(best[a.PEAK])} vehicle-km/h"
     if len(runs) == 1:
         return [f"{much} with {_said(best[SERIES])}."]
-    where = f"{much} with {best[a.CAPACITY]} vehicles{_border(best)}"
-    text = f"vehicles drive most with {_said(best[SERIES])}: {where}"
+    most = f"Vehicles drive most with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles."
     others = []
     for _, row in peaks.iloc[1:].iterrows():
         ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
-        more = "" if ratio < _EQUAL else f"{ratio:.2f} times "
-        times = f"{more}as much as with" if ratio < math.inf else "against"
-        others.append(
-            f"{times} {_said(row[SERIES])} at its best ({number(row[a.PEAK])} with {row[a.CAPACITY]} "
-            f"vehicles{_border(row)})"
-        )
-    return [f"{text}{'; that is ' if others else ''}{', '.join(others)}."]
+        times = f"{ratio:.2f} times as much as" if ratio < math.inf else "more than"
+        if best[a.PEAK] <= row[a.PEAK] * _EQUAL:
+            times = "as much as"
+        peak = f"{number(row[a.PEAK])} with {row[a.CAPACITY]} vehicles"
+        others.append(f"{times} with {_said(row[SERIES])} at its best ({peak})")
+    return [f"{most} That is {', '.join(others)}." if others else most, *_unreached(peaks)]
+
+
+def _unreached(peaks: pd.DataFrame) -> list[str]:
+    """Say with which rules vehicles drove most at the largest number of vehicles that was tried."""
+    return [
+        f"The capacity was not reached with {_listed([_said(name) for name in part[SERIES]])}: "
+        f"more than {most} vehicles were not tried."
+        for most, part in peaks[peaks[a.AT_BORDER].eq(other=True)].groupby(a.CAPACITY, sort=True)
+    ]
 
 
 def _truncated(runs: pd.DataFrame) -> list[str]:
@@ -178,10 +185,6 @@ def _truncated(runs: pd.DataFrame) -> list[str]:
             "over the time asked for, which is what figures and tables compare"
         )
     return [f"Runs that stopped at their deadlock: {'; '.join(parts)}."] if parts else []
-
-
-def _border(row: pd.Series) -> str:
-    return f" (capacity > {row[a.CAPACITY]}, not reached)" if row[a.AT_BORDER] else ""
 
 
 def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:

@@ -98,21 +98,21 @@ class Containment:
         standing: Standing,
         ways: WaysRound,
         traffic: Traffic,
-        engine: Leading,
+        leading: Leading,
         recorder: Recorder,
         *,
         waits: bool = False,
         gated: bool = True,
         leaves: bool = False,
     ) -> None:
-        self._standing, self._traffic, self._engine = standing, traffic, engine
+        self._standing, self._traffic, self._leading = standing, traffic, leading
         self._recorder = recorder
         self.broken: set[str] = set()
         """The vehicles that have broken down."""
         self._at_stops: frozenset[str] = frozenset()
         """The vehicles at long stops."""
         self._waits, self._gated = waits, gated
-        self.roadside = Roadside(traffic, engine, recorder) if leaves else None
+        self.roadside = Roadside(traffic, leading, recorder) if leaves else None
         """What parks vehicles without a way; None if these wait on the road."""
         self._ways = ways
         self._still_s: dict[str, float] = {}
@@ -153,19 +153,19 @@ class Containment:
             self._clear()
         self._withhold()
         for place in self.blocked:
-            self._engine.shut(place)
+            self._leading.shut(place)
 
     def _break_down(self, now: float) -> None:
         before = frozenset(self.broken)
         self.broken.clear()
         self.broken.update(one.vehicle for one in self._standing.incidents.broken_at(now))
-        for vehicle in sorted((before | self.broken) & self._engine.driver_of.keys()):
+        for vehicle in sorted((before | self.broken) & self._leading.driver_of.keys()):
             if self._standing.brakes:
                 self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
 
     def _withhold(self) -> None:
         """Grant nothing to a vehicle that is cut off or broken down: it would stand on the next crossing."""
-        self._engine.withhold((self.broken | self._cut_offs) & self._engine.driver_of.keys())
+        self._leading.withhold((self.broken | self._cut_offs) & self._leading.driver_of.keys())
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the places that are blocked, each with why and by which vehicle."""
@@ -181,8 +181,8 @@ class Containment:
         standing += [(vehicle, STOPS) for vehicle in at_stops]
         standing += [(vehicle, TRAPPED) for vehicle in self._trapped(now, any_stands=bool(standing))]
         for vehicle, why in standing:
-            driver = self._engine.driver_of.get(vehicle)
-            if driver is not None and vehicle not in self._engine.beside:
+            driver = self._leading.driver_of.get(vehicle)
+            if driver is not None and vehicle not in self._leading.beside:
                 self._stand.add(vehicle)
                 self._stuck.update(self._ways.junction(driver.leg(leg)) for leg in driver.crossed)
                 yield from ((driver.leg(leg).state, (why, vehicle)) for leg in driver.held)
@@ -191,7 +191,7 @@ class Containment:
         """Return the vehicles that have long stood on a crossing, behind something that stands there."""
         still = [
             driver.id
-            for driver in self._engine.driver_of.values()
+            for driver in self._leading.driver_of.values()
             if any_stands and driver.speed_mps < _STILL_MPS and driver.crossed
         ]
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
@@ -215,9 +215,9 @@ class Containment:
         """
         lost: dict[str, None] = {}
         firsts: dict[str, LedVehicle] = {}
-        for driver in self._engine.driver_of.values():
+        for driver in self._leading.driver_of.values():
             place = driver.leg(driver.granted).state
-            if driver.settled and place not in firsts and driver in self._engine.line(place)[:1]:
+            if driver.settled and place not in firsts and driver in self._leading.line(place)[:1]:
                 firsts[place] = driver
         while True:
             avoided = self.blocked.keys() | lost.keys()
@@ -239,11 +239,11 @@ class Containment:
             return True
         if self._ways.junction(driver.leg(driver.granted)) not in self._stuck:
             return False
-        return not self._stand.isdisjoint(self._engine.waits_behind(driver.id))
+        return not self._stand.isdisjoint(self._leading.waits_behind(driver.id))
 
     def _is_full(self, place: str) -> bool:
         """Return whether a place has been granted to as many vehicles as it holds."""
-        return len(self._engine.line(place)) >= self._engine.slots(place)
+        return len(self._leading.line(place)) >= self._leading.slots(place)
 
     def _has_way(self, driver: LedVehicle) -> bool:
         """Return whether a vehicle can go on by some way."""
@@ -258,8 +258,8 @@ class Containment:
         if not self.blocked and not self.turns:
             return
         self._lost = self._find_lost()
-        for vehicle in sorted(self._engine.driver_of):
-            driver = self._engine.driver_of[vehicle]
+        for vehicle in sorted(self._leading.driver_of):
+            driver = self._leading.driver_of[vehicle]
             own = self._ways.own(driver.track)
             if own is None or not driver.settled or self.why(vehicle):
                 continue
@@ -285,7 +285,7 @@ class Containment:
         if self.roadside is None:
             return
         for place, one in self.blocked.items():
-            line = self._engine.line(place) if one.vehicle else []
+            line = self._leading.line(place) if one.vehicle else []
             names = [driver.id for driver in line]
             if one.vehicle in names:
                 for driver in line[names.index(one.vehicle) + 1 :]:
@@ -300,18 +300,18 @@ class Containment:
     def _turn(self, driver: LedVehicle, track: Track, position: int) -> None:
         """Lead a vehicle on by another way from its place, if everyone can go on then."""
         before = driver.granted
-        if self._everyone_goes_on(driver, track) and self._engine.turn_off(driver.id, track, position):
+        if self._everyone_goes_on(driver, track) and self._leading.turn_off(driver.id, track, position):
             self.turns[driver.id].append(TurnOff(before, track.loop, position))
 
     def _everyone_goes_on(self, driver: LedVehicle, track: Track) -> bool:
         """Return whether (S) holds with a vehicle on another way."""
-        every = self._engine.driver_of.values()
+        every = self._leading.driver_of.values()
         tracks = [other.track if other is not driver else track for other in every]
         number: dict[str, int] = {}
         loops = [
             [number.setdefault(leg.state, len(number)) for leg in one.legs] for one in tracks if one.rounds
         ]
-        return find_crowd(loops, [max(SPARE, self._engine.slots(place)) for place in number]) is None
+        return find_crowd(loops, [max(SPARE, self._leading.slots(place)) for place in number]) is None
 
     def why(self, vehicle: str) -> str:
         """Return why a vehicle stands, if it has broken down or is at a long stop; else an empty text."""
@@ -321,7 +321,7 @@ class Containment:
 
     def reason(self, vehicle: str) -> str:
         """Return why a vehicle stands, or why the place is blocked that it waits for; else an empty text."""
-        driver = self._engine.driver_of.get(vehicle)
+        driver = self._leading.driver_of.get(vehicle)
         ahead = self.blocked.get(driver.leg(driver.granted + 1).state) if driver is not None else None
         return self.why(vehicle) or (ahead.why if ahead is not None else "")
 

@@ -63,8 +63,8 @@ Tick = Callable[[float, RunCourse], None]
 """Called every ten simulated seconds with the simulated time [s] and the course so far."""
 
 
-def drive(
-    engine: Drive,
+def run_to_end(
+    drive: Drive,
     traffic: Traffic,
     detector: DeadlockDetector,
     collisions: CollisionLog,
@@ -78,7 +78,7 @@ def drive(
 
     Parameters
     ----------
-    engine, traffic, detector, collisions
+    drive, traffic, detector, collisions
         Made for each other; nothing has been driven yet.
     scenario
         Says how long to measure, how long to warm up before, and what a deadlock does to the run.
@@ -90,22 +90,22 @@ def drive(
     course, recorder = collisions.course, collisions.recorder
     began = perf_counter()
     try:
-        engine.begin()
+        drive.begin()
         start = traffic.now_s
         if scenario.warmup_s <= 0:
-            engine.measure_from_now()
+            drive.measure_from_now()
         course.begin_s = start + scenario.warmup_s
-        engine.count_from(course.begin_s + traffic.step_s / 2.0)  # from the step behind it
+        drive.count_from(course.begin_s + traffic.step_s / 2.0)  # from the step behind it
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
         while traffic.now_s < end and not over():
-            engine.step()
+            drive.step()
             now = traffic.now_s
             collisions.note()
             for look in each_step:
                 look()
             if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
-                engine.measure_from_now()
+                drive.measure_from_now()
                 course.collisions = course.collisions_of_others = course.teleports = 0
                 course.verdicts.clear()
             if now >= next_watch:
@@ -117,13 +117,13 @@ def drive(
                     if scenario.on_deadlock == "stop":
                         break
                     if scenario.on_deadlock == "teleport":  # under no gate
-                        _teleport_one(deadlock, engine, traffic)
+                        _teleport_one(deadlock, drive, traffic)
     except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"
         course.fault = ended if isinstance(ended, PluginError) else None
     course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
-    course.sumo_s = engine.sumo_s
+    course.sumo_s = drive.sumo_s
     return course
 
 
@@ -177,9 +177,9 @@ def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> 
         recorder.note(deadlock.noticed_at_s, vehicle, Event.DEADLOCK, place, waits_for)
 
 
-def _teleport_one(deadlock: Deadlock, engine: Drive, traffic: Traffic) -> None:
+def _teleport_one(deadlock: Deadlock, drive: Drive, traffic: Traffic) -> None:
     for vehicle in deadlock.vehicles:
         skipped = traffic.jump(vehicle)
         if skipped is not None:
-            engine.jumped(vehicle, skipped)
+            drive.jumped(vehicle, skipped)
             return

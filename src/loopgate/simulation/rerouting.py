@@ -40,8 +40,8 @@ class Rerouting:
     edge takes is its length over the mean speed there in the last three minutes.
     """
 
-    def __init__(self, assembly: Assembly, traffic: Traffic, engine: Leading) -> None:
-        self._traffic, self._engine, self._anew = traffic, engine, assembly.anew
+    def __init__(self, assembly: Assembly, traffic: Traffic, leading: Leading) -> None:
+        self._traffic, self._leading, self._anew = traffic, leading, assembly.anew
         self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
         self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
         """By type and place the ways on from there, one for each sequence of places."""
@@ -80,16 +80,16 @@ class Rerouting:
         if now >= self._next_sample_s:
             self._next_sample_s = now + _SAMPLE_EVERY_S
             self._sample()
-        if self._changes != self._engine.changes:
-            self._changes = self._engine.changes
-            there = self._engine.driver_of
+        if self._changes != self._leading.changes:
+            self._changes = self._leading.changes
+            there = self._leading.driver_of
             departed = [vehicle for vehicle in self._waiting if vehicle in there]
             self._waiting.difference_update(departed)
             self._due_s = {v: at_s for v, at_s in self._due_s.items() if v in there}
             self._due_s |= dict.fromkeys(sorted(departed), now)
         for vehicle in [vehicle for vehicle, at_s in self._due_s.items() if at_s <= now]:
-            driver = self._engine.driver_of.get(vehicle)
-            if driver is None or vehicle in self._engine.arrived:
+            driver = self._leading.driver_of.get(vehicle)
+            if driver is None or vehicle in self._leading.arrived:
                 del self._due_s[vehicle]
             elif driver.settled:
                 self._lead(driver)
@@ -111,7 +111,7 @@ class Rerouting:
         if best is None or times_s[best] * said.factor + said.least_s >= self._own(driver, leg):
             return
         way = ways[best]
-        if self._engine.turn_off(vehicle, way.track, way.position):
+        if self._leading.turn_off(vehicle, way.track, way.position):
             self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
     def _own(self, driver: LedVehicle, leg: int) -> float:
@@ -127,7 +127,7 @@ class Rerouting:
         here, end = track.legs[leg], track.legs[-1].state
         for way in self._onward.get((self._kinds[driver.id], here.state), {}).values():
             other = way.track
-            if other.legs[-1].state != end or other.loop == track.loop or not self._engine.knows(other):
+            if other.legs[-1].state != end or other.loop == track.loop or not self._leading.knows(other):
                 continue
             if continues(here, other.legs[way.position]):
                 yield way

@@ -50,25 +50,25 @@ class Roadside:
     has parked.
     """
 
-    def __init__(self, traffic: Traffic, engine: Leading, recorder: Recorder) -> None:
-        self._traffic, self._engine, self._recorder = traffic, engine, recorder
+    def __init__(self, traffic: Traffic, leading: Leading, recorder: Recorder) -> None:
+        self._traffic, self._leading, self._recorder = traffic, leading, recorder
         self._out: dict[str, Beside] = {}
         self._every: list[Beside] = []
 
     def take(self, driver: LedVehicle) -> None:
         """Let a vehicle leave the road, if it stands, and holds the place in which it stands and no other."""
         vehicle, traffic = driver.id, self._traffic
-        if vehicle in self._out or not self._engine.sets_aside or not driver.settled:
+        if vehicle in self._out or not self._leading.sets_aside or not driver.settled:
             return
         lane, at_m = traffic.lane(vehicle)
         if driver.speed_mps > STANDING_MPS or not lane or lane.startswith(":"):
             return
         place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
-        self._engine.wait_for_nothing(vehicle)
+        self._leading.wait_for_nothing(vehicle)
         try:
             traffic.set_stop(vehicle, _stop(lane, at_m, driver.left_m(place)))
         except TrafficError:
-            self._engine.wait_again(vehicle)
+            self._leading.wait_again(vehicle)
             return
         self._out[vehicle] = Beside(vehicle, place, ahead, traffic.now_s)
 
@@ -95,16 +95,16 @@ class Roadside:
         if one is None or one.called:
             return
         one.called = True
-        if vehicle in self._engine.driver_of:
-            self._engine.call_back(vehicle)
+        if vehicle in self._leading.driver_of:
+            self._leading.call_back(vehicle)
         if self._traffic.parks(vehicle):
             self._traffic.stay(vehicle, _SOON_STEPS * self._traffic.step_s)
 
     def _note_parked(self, one: Beside) -> None:
-        known = one.vehicle in self._engine.driver_of
+        known = one.vehicle in self._leading.driver_of
         if not self._traffic.parks(one.vehicle):
             return
-        one.parked = not known or self._engine.step_aside(one.vehicle, NO_WAY)
+        one.parked = not known or self._leading.step_aside(one.vehicle, NO_WAY)
         if not known:
             self._recorder.note(self._traffic.now_s, one.vehicle, Event.PARK, one.place, NO_WAY)
         if one.parked:

@@ -24,7 +24,7 @@ from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.gated_run import check as check_gated
 from loopgate.simulation.gated_run import open_gated
-from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, drive
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, run_to_end
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
@@ -116,32 +116,32 @@ def _run(
     with (
         open_session(scenario, assembly, folder, backend=backend) as session,
         closing(
-            FrontRecorder(folder / run_folder.FRONTS, session.traffic, session.engine, session.recorder)
+            FrontRecorder(folder / run_folder.FRONTS, session.traffic, session.drive, session.recorder)
         ) as fronts,
     ):
         prepared_s = perf_counter() - began
-        traffic, engine, recorder = session.traffic, session.engine, session.recorder
-        flow = FlowMeter(traffic, engine)
+        traffic, drive, recorder = session.traffic, session.drive, session.recorder
+        flow = FlowMeter(traffic, drive)
         own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.others)
-        judged = among and session.keeper is not None
-        verdicts = Verdicts(assembly.network, traffic, engine) if judged else None
+        judged = among and session.gated is not None
+        verdicts = Verdicts(assembly.network, traffic, drive) if judged else None
         detector = detector_class(
             traffic,
             after_s=scenario.deadlock_after_s,
-            at_gate=engine.refused,
+            at_gate=drive.refused,
             own=own if among else None,
             trails=verdicts.trails if verdicts else None,
-            odometers=None if among or assembly.departures else engine.odometers,
+            odometers=None if among or assembly.departures else drive.odometers,
             halted=session.containment.broken if session.containment else (),
         )
         hunger = None
-        if session.keeper is not None:
+        if session.gated is not None:
             known = session.containment
             told = {"stands": known.why, "reason": known.reason} if known else {}
-            hunger = StarvationWatch(engine, traffic, recorder, after_s=_starving_after_s(scenario), **told)
-        course = drive(
-            engine,
+            hunger = StarvationWatch(drive, traffic, recorder, after_s=_starving_after_s(scenario), **told)
+        course = run_to_end(
+            drive,
             traffic,
             detector,
             CollisionLog(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
@@ -153,11 +153,11 @@ def _run(
         if hunger is not None and hunger.sinks:
             course.starving = list(hunger.sinks.values())
             course.outcome = "starving" if course.outcome == "done" else course.outcome
-        engine.settle()
+        drive.settle()
         tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
         if turns := session.turns:
             layout = read_layout(folder / run_folder.LAYOUT)
-            legs = dict(zip(engine.names(), engine.granted().tolist(), strict=True))
+            legs = dict(zip(drive.names(), drive.granted().tolist(), strict=True))
             granted = {vehicle: leg for vehicle, leg in legs.items() if vehicle in turns.keys() - once}
             write_layout(as_driven(layout, turns, granted), folder / run_folder.LAYOUT)
     summary = sum_up(scenario, assembly, session, course, tallies, told, flow.rows, folder)
@@ -268,7 +268,7 @@ def open_session(
         stack.callback(session.close)
         if backend == "gui":
             ways = {start.loop.id: start.loop for start in assembly.everybody}
-            guard.append(Window(traffic, session.engine, ways.values()).look)
+            guard.append(Window(traffic, session.drive, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
         notes = (*said.notes, *absent, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)

@@ -233,7 +233,7 @@ def summary(
     *,
     loops: int,
     folder: Folder,
-    keeper: Drive | None = None,
+    gated: Drive | None = None,
     findings: Sequence[str] = (),
     warnings: Sequence[str] = (),
 ) -> dict[str, Any]:
@@ -245,7 +245,7 @@ def summary(
         The run, its course, and what each vehicle did.
     folder
         Where the results are, for the command that repeats the run.
-    keeper
+    gated
         What answered requests in a gated run.
     findings
         Findings of the audit of a gated run.
@@ -253,15 +253,15 @@ def summary(
         Warnings about loops and abstraction.
     """
     duration = max(0.0, course.end_s - course.begin_s)
-    times = keeper.decision_us if keeper else {}
+    times = gated.decision_us if gated else {}
     decisions = Histogram(times.values())
     stage_us = {s: {"count": h.count, **h.summary()} for s, h in sorted(times.items()) if s}
     return {
         "network": scenario.network,
         "abstraction": scenario.abstraction,
         "gate": scenario.gate,
-        "negotiation": scenario.rule_for_negotiation if keeper else "",
-        **promise_figures(keeper),
+        "negotiation": scenario.rule_for_negotiation if gated else "",
+        **promise_figures(gated),
         "decide": scenario.decide,
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
@@ -279,9 +279,9 @@ def summary(
         "collisions": course.collisions,
         "teleports": course.teleports,
         "decisions": decisions.count,
-        "refusals": dict(sorted(keeper.refusals.items())) if keeper else {},
+        "refusals": dict(sorted(gated.refusals.items())) if gated else {},
         "stages": {stage: times["count"] for stage, times in stage_us.items()},
-        "messages": keeper.sent if keeper else 0,
+        "messages": gated.sent if gated else 0,
         "decision_us": decisions.summary(),
         "stage_us": stage_us,
         "wall_s": {
@@ -289,16 +289,16 @@ def summary(
             "gate": round(course.total_s - course.sumo_s, 3),
             "total": round(course.total_s, 3),
         },
-        "audit": (list(findings) or "clean") if keeper else "not gated",
+        "audit": (list(findings) or "clean") if gated else "not gated",
         "warnings": list(warnings),
         "versions": versions("eclipse-sumo", "libsumo"),
         "command": scenario.command(str(folder.path)),
     }
 
 
-def promise_figures(keeper: Drive | None) -> dict[str, str]:
+def promise_figures(gated: Drive | None) -> dict[str, str]:
     """Return which vehicles the gate promises can always go on, and under which conditions."""
-    promise = getattr(getattr(keeper, "gate", None), "promise", "")
+    promise = getattr(getattr(gated, "gate", None), "promise", "")
     return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
 
 

@@ -41,9 +41,9 @@ class Session:
 
     Attributes
     ----------
-    traffic, engine, recorder
+    traffic, drive, recorder
         The simulation, the drive, and what takes the events.
-    keeper, around
+    gated, around
         What answers requests, and what is about; None where no gate rules.
     stops, departures, rerouting, containment
         Those that vehicles make on the way, the departures of those who come later, who of these is led
@@ -57,9 +57,9 @@ class Session:
     """
 
     traffic: Traffic
-    engine: Drive
+    drive: Drive
     recorder: Recorder
-    keeper: Drive | None
+    gated: Drive | None
     around: Reports | None
     stops: StopFigures
     departures: Departures
@@ -77,7 +77,7 @@ class Session:
 
     def tallies(self, assembly: Assembly, detector: DeadlockDetector, course: RunCourse) -> list[Tally]:
         """Return the row of each vehicle; it is empty before the departure."""
-        now, drivers, departures = course.end_s, self.engine.records, self.departures
+        now, drivers, departures = course.end_s, self.drive.records, self.departures
         on_road = set(self.traffic.vehicles())
         loops = {start.vehicle: start.loop for start in assembly.everybody}
         tallies = []
@@ -119,7 +119,7 @@ class Session:
         told |= {**self.stops.report(), **self.departures.report(end_s)}
         told |= self.rerouting.report() if self.rerouting else {}
         told |= self.containment.report() if self.containment else {}
-        return told | dict(self.keeper.report() if self.keeper else {})
+        return told | dict(self.gated.report() if self.gated else {})
 
 
 def sum_up(
@@ -150,13 +150,13 @@ def sum_up(
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
     folder.write_table(loop_table(ways), run_folder.LOOPS)
     summary = _summary(scenario, assembly, session, course, tallies, folder)
-    summary |= {name: getattr(session.engine, name) for name in ("overruns", "trespasses", "strays")}
-    summary["clean"] = is_clean(summary) if session.keeper else None
+    summary |= {name: getattr(session.drive, name) for name in ("overruns", "trespasses", "strays")}
+    summary["clean"] = is_clean(summary) if session.gated else None
     of_lights = told.pop("warnings", [])
     if "at_lights" in told and scenario.abstraction == "segments":
         of_lights = [_ON_SEGMENTS]
     summary["warnings"] = [*session.notes, *summary["warnings"], *warnings_of(summary | told), *of_lights]
-    if leaps := session.engine.leaps:
+    if leaps := session.drive.leaps:
         vehicle, at_s, by_m = leaps[0]
         summary["warnings"].append(
             f"{vehicle}: its odometer leapt by {by_m:.0f} m at {at_s:.0f} s, as where a train turns round or "
@@ -212,7 +212,7 @@ def _summary(
     tallies: Sequence[Tally],
     folder: Folder,
 ) -> dict[str, Any]:
-    keeper, stood_s = session.keeper, session.engine.stood_s
+    gated, stood_s = session.gated, session.drive.stood_s
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies)
     rows = {
@@ -228,7 +228,7 @@ def _summary(
     waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
-    if keeper is not None:
+    if gated is not None:
         findings, audited = audit_run(
             scenario, assembly, tallies, folder, session.departures.departed_s, session.turns
         )
@@ -239,7 +239,7 @@ def _summary(
         tallies,
         loops=len(assembly.loops),
         folder=folder,
-        keeper=keeper,
+        gated=gated,
         findings=findings,
         warnings=(*assembly.warnings, *(assembly.abstraction.warnings if assembly.abstraction else ())),
     )

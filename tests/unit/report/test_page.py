@@ -118,8 +118,8 @@ def test_the_headline_is_made_from_the_figures(full: Full) -> None:
     runs = results.runs
     best = runs[(runs["gate"] == "certified") & (runs["vehicles"] == 80)]["km_per_h"].mean()
     said = f"{best:,.0f}".replace(",", " ")
-    best_of_all = f"vehicles drive most with loopgate: {said} vehicle-km/h with 80 vehicles"
-    assert f"{best_of_all} (capacity > 80, not reached)" in text
+    assert f"vehicles drive most with loopgate: {said} vehicle-km/h with 80 vehicles. That is " in text
+    assert "The capacity was not reached with loopgate: more than 80 vehicles were not tried." in text
     assert "loopgate in 0 of 9 (95 % interval 0 to 30 %)" in text
     assert "SUMO's rules in 3 of 9 (95 % interval" in text
     assert "from 80 vehicles on" in text
@@ -206,7 +206,7 @@ def test_failed_runs_that_left_their_vehicles_to_the_file(make: Make, tmp_path: 
     """How many there would have been is not known of them; the report on the others is as it would be."""
     text = page(make({"gate": ["open"]}, include=[{"vehicles": [10, 20]}]), tmp_path).text
     assert "3 runs; 1 failed." in text
-    assert "with 20 vehicles (capacity > 20, not reached)" in text
+    assert "more than 20 vehicles were not tried" in text
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -271,7 +271,7 @@ def test_the_title_and_the_first_sentence_say_what_came_out(full: Full) -> None:
     assert text.startswith("SUMO's rules and loopgate on sumo:DRT: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 3 seeds, 400 s each: ") :]
     assert "vehicles drive most with loopgate" in sentence
-    assert "; runs that lock up: SUMO's rules in 3 of 9, loopgate in 0 of 9." in sentence
+    assert ". Runs that lock up: SUMO's rules in 3 of 9, loopgate in 0 of 9." in sentence
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -285,7 +285,8 @@ def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> 
     sentence = sentence[: sentence.index(" Report on")]
     assert "vehicles drive most with \u201cloopgate, lights obeyed, types bus=1,passenger=3\u201d" in sentence
     assert sentence.count("at its best") == 1
-    assert "; runs that lock up: SUMO's rules in " in sentence
+    assert re.search(r"\([^)]*\(", sentence) is None
+    assert ". Runs that lock up: SUMO's rules in " in sentence
     assert len(sentence) < 400
     assert "Vehicles drive most with" in text.replace(sentence, "")
 

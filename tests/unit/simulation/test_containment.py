@@ -32,7 +32,7 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
     stuck: list[set[str]] = []
     withheld: list[set[str]] = []
     drivers = [broken, behind]
-    engine = SimpleNamespace(
+    leading = SimpleNamespace(
         driver_of={one.id: one for one in drivers},
         beside=set(),
         line=lambda _: [],
@@ -51,7 +51,7 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
     recorder = SimpleNamespace(note=lambda *_: None)
     for one in drivers:
         one.track = None
-    contained = Containment(cast("Any", standing), *cast("Any", (ways, traffic, engine, recorder)))
+    contained = Containment(cast("Any", standing), *cast("Any", (ways, traffic, leading, recorder)))
     for traffic.now_s in (1.0, 30.0, 61.0, 62.0):
         contained.look()
     assert stuck[-1] == ({"after p0"} if trapped else set())

@@ -31,16 +31,16 @@ class FlowMeter:
 
     Parameters
     ----------
-    traffic, engine
+    traffic, drive
         The simulation and the drive of a run that has not begun.
     """
 
-    def __init__(self, traffic: Traffic, engine: Drive) -> None:
+    def __init__(self, traffic: Traffic, drive: Drive) -> None:
         self._traffic = traffic
-        self._engine = engine
+        self._drive = drive
         self.rows: list[Row] = []
         """For `flow_table`."""
 
     def look(self) -> None:
         """Add a row about the time since the last row; call every `FLOW_EVERY_S`."""
-        self.rows.append((self._traffic.now_s, *self._engine.take_flow()))
+        self.rows.append((self._traffic.now_s, *self._drive.take_flow()))

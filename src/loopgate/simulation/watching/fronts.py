@@ -31,7 +31,7 @@ class FrontRecorder:
     ----------
     file
         The file to write.
-    traffic, engine, recorder
+    traffic, drive, recorder
         Simulation, drive and event recorder of the run.
 
     Raises
@@ -40,10 +40,10 @@ class FrontRecorder:
         If the disk is full, here or in `look` and `close`; rows written before can be read.
     """
 
-    def __init__(self, file: Path, traffic: Traffic, engine: Drive, recorder: Recorder) -> None:
+    def __init__(self, file: Path, traffic: Traffic, drive: Drive, recorder: Recorder) -> None:
         self._file = TableFile(file, _SCHEMA)
         self._traffic = traffic
-        self._engine = engine
+        self._drive = drive
         self._recorder = recorder
         self._rows = 0
         self._times: list[float] = []
@@ -55,12 +55,12 @@ class FrontRecorder:
 
     def look(self) -> None:
         """Record the positions after a step."""
-        engine = self._engine
-        if self._changes != engine.changes:  # some may have come since the step
+        drive = self._drive
+        if self._changes != drive.changes:  # some may have come since the step
             code = self._recorder.code
-            self._changes = engine.changes
-            self._names = np.array([code(name) for name in engine.names()], dtype=np.int64)
-        fronts = engine.fronts()
+            self._changes = drive.changes
+            self._names = np.array([code(name) for name in drive.names()], dtype=np.int64)
+        fronts = drive.fronts()
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._names)
         self._fronts.append(fronts)

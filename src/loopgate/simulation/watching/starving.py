@@ -77,7 +77,7 @@ class StarvationWatch:
 
     Parameters
     ----------
-    engine, traffic, recorder
+    drive, traffic, recorder
         The drive, the running simulation, and the recorder of an event for each vehicle.
     after_s
         Time without a grant after which a vehicle starves [s].
@@ -87,7 +87,7 @@ class StarvationWatch:
 
     def __init__(
         self,
-        engine: Drive,
+        drive: Drive,
         traffic: Traffic,
         recorder: Recorder,
         *,
@@ -95,7 +95,7 @@ class StarvationWatch:
         stands: Callable[[str], str] = _unknown,
         reason: Callable[[str], str] = _unknown,
     ) -> None:
-        self._engine, self._traffic, self._after_s = engine, traffic, after_s
+        self._drive, self._traffic, self._after_s = drive, traffic, after_s
         self._recorder = recorder
         self._stands, self._reason = stands, reason
         self._seen: dict[str, tuple[int, float, float]] = {}
@@ -112,7 +112,7 @@ class StarvationWatch:
         if deadlocked:
             return  # that tells who waits for whom
         now = self._traffic.now_s
-        ids, at_m = self._engine.odometers()
+        ids, at_m = self._drive.odometers()
         starving = self._look(ids, at_m, now)
         for known in (self._seen, self._stood):  # of vehicles that have left nothing is kept
             for vehicle in known.keys() - set(ids):
@@ -132,12 +132,12 @@ class StarvationWatch:
             sink.until_s = now
             if vehicle not in sink.victims:
                 sink.victims.add(vehicle)
-                self._recorder.note(now, vehicle, Event.STARVE, self._engine.wanted(vehicle), head or why)
+                self._recorder.note(now, vehicle, Event.STARVE, self._drive.wanted(vehicle), head or why)
 
     def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[str]:
         """Take note of grants and ways; return the vehicles without either for long."""
         long = []
-        for vehicle, metres, leg in zip(ids, at_m.tolist(), self._engine.granted().tolist(), strict=True):
+        for vehicle, metres, leg in zip(ids, at_m.tolist(), self._drive.granted().tolist(), strict=True):
             last, from_m, since_s = self._seen.get(vehicle, (-1, 0.0, now))
             if leg != last or metres - from_m > _PASSED_M:
                 self._seen[vehicle] = leg, metres, now
@@ -152,7 +152,7 @@ class StarvationWatch:
         queue, seen = deque([vehicle]), {vehicle}
         while queue:
             one = queue.popleft()
-            ahead = [] if self._stands(one) else self._engine.waits_behind(one)
+            ahead = [] if self._stands(one) else self._drive.waits_behind(one)
             if len(ahead) >= everybody - 1 > 1:
                 continue  # the gate keeps it for the sake of all
             if not ahead and now - self._stood[one][1] >= _STANDS * self._after_s:
@@ -160,7 +160,7 @@ class StarvationWatch:
             fresh = [other for other in ahead if other not in seen]
             seen.update(fresh)
             queue.extend(fresh)
-        return "", self._engine.reason(vehicle) or "queue"
+        return "", self._drive.reason(vehicle) or "queue"
 
     def _why(self, vehicle: str) -> str:
         """Return why a vehicle stands that waits for no other under the gate."""
@@ -168,6 +168,6 @@ class StarvationWatch:
             return known
         if self._traffic.at_own_stop(vehicle):
             return "stop"
-        if self._engine.asks(vehicle) and (reason := self._engine.reason(vehicle)):
+        if self._drive.asks(vehicle) and (reason := self._drive.reason(vehicle)):
             return reason
         return "light" if self._traffic.pauses(vehicle) else "no reason known"

@@ -31,12 +31,12 @@ class Trails:
 
     Parameters
     ----------
-    engine
+    drive
         Drives the vehicles under the gate.
     """
 
-    def __init__(self, engine: Drive) -> None:
-        self._engine = engine
+    def __init__(self, drive: Drive) -> None:
+        self._drive = drive
         self._changes = -1
         self._names: list[str] = []
         """The gated vehicles by number, and the changes of the drive until then."""
@@ -50,12 +50,12 @@ class Trails:
 
     def look(self, now: float, here: Whereabouts) -> None:
         """Record the lanes of all vehicles; call once a step."""
-        engine = self._engine
-        if engine.changes != self._changes:
+        drive = self._drive
+        if drive.changes != self._changes:
             self.catch_up()
-            self._changes, self._names = engine.changes, [*engine.names()]
+            self._changes, self._names = drive.changes, [*drive.names()]
             self._granted = np.full(len(self._names), -1)
-        self._seen.append((now, here, engine.granted()))
+        self._seen.append((now, here, drive.granted()))
         if len(self._seen) == _TOGETHER:
             self.catch_up()
 

@@ -94,14 +94,14 @@ class Verdicts:
     ----------
     network, traffic
         The roads, and the running simulation.
-    engine
+    drive
         Drives the vehicles under the gate.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, engine: Drive) -> None:
-        self.trails = Trails(engine)
+    def __init__(self, network: RoadNetwork, traffic: Traffic, drive: Drive) -> None:
+        self.trails = Trails(drive)
         """Over which lanes they came."""
-        self._network, self._traffic, self._engine = network, traffic, engine
+        self._network, self._traffic, self._drive = network, traffic, drive
         self._moments: deque[tuple[float, Whereabouts]] = deque()
         self._letters: dict[str, str] = {}
         """What the light showed when vehicles drove into the last junction; empty for none."""
@@ -150,7 +150,7 @@ class Verdicts:
     def judge(self, collision: Collision) -> CollisionVerdict | None:
         """Return the judgement on a collision; None unless exactly one of the two vehicles is gated."""
         pair = collision.collider, collision.victim
-        own = [vehicle for vehicle in pair if vehicle in self._engine.records]
+        own = [vehicle for vehicle in pair if vehicle in self._drive.records]
         if len(own) != 1:
             return None
         gated = own[0]
@@ -167,7 +167,7 @@ class Verdicts:
         )
 
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
-        if self._engine.trespasses_now(gated):
+        if self._drive.trespasses_now(gated):
             return gated, f"{gated} was where it had no grant for"
         if ordinary not in self._moments[-1][1].vehicles:
             return gated, f"{ordinary} is on foot"

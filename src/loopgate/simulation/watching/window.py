@@ -54,14 +54,14 @@ class Window:
     ----------
     traffic
         Shown in a window.
-    engine
+    drive
         Drives the vehicles.
     loops
         Loops that the view has to fit.
     """
 
-    def __init__(self, traffic: Shown, engine: Drive, loops: Iterable[Loop]) -> None:
-        self._traffic, self._engine = traffic, engine
+    def __init__(self, traffic: Shown, drive: Drive, loops: Iterable[Loop]) -> None:
+        self._traffic, self._drive = traffic, drive
         self._at_m: dict[str, float] = {}
         """What the odometer of each vehicle read at the last look [m]."""
         self._drove_s: dict[str, float] = {}
@@ -73,7 +73,7 @@ class Window:
 
     def look(self) -> None:
         """Update the colours of vehicles whose state has changed; once a step."""
-        names, at_m = self._engine.odometers()
+        names, at_m = self._drive.odometers()
         here_m = dict(zip(names, at_m.tolist(), strict=True))
         state = {name: self._state(name, metres) for name, metres in here_m.items()}
         self._at_m = here_m
@@ -94,4 +94,4 @@ class Window:
             return _DRIVES
         if now_s - since_s >= _JAM_S:
             return _JAM
-        return _STANDS if self._engine.refused(name) is None else _HELD
+        return _STANDS if self._drive.refused(name) is None else _HELD

@@ -183,8 +183,8 @@ def test_who_came_last_into_the_circle_is_told() -> None:
     """And whether it is gated; the places of who is not in the circle do not count."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": ["a"]})
     granted = np.array([0])
-    engine: Any = SimpleNamespace(changes=0, names=lambda: ["b"], granted=granted.copy)
-    trails = Trails(engine)
+    drive: Any = SimpleNamespace(changes=0, names=lambda: ["b"], granted=granted.copy)
+    trails = Trails(drive)
     ways = (1.0, "far", "far", 0), (2.0, "far", "far", 1), (3.0, "lane of b", "lane of c", 1)
     for at_s, b, c, leg in ways:
         granted[0] = leg

@@ -23,7 +23,7 @@ class Road:
 
     def watch(self) -> StarvationWatch:
         """Return a watch over this road."""
-        engine: Any = SimpleNamespace(
+        drive: Any = SimpleNamespace(
             odometers=lambda: (["a", "b", "c"], self.metres),
             granted=lambda: np.zeros(3, dtype=np.int64),
             waits_behind=lambda vehicle: self.line[:1] if vehicle != self.line[0] else [],
@@ -36,7 +36,7 @@ class Road:
         )
         traffic_time = type("Traffic", (SimpleNamespace,), {"now_s": property(lambda _: self.now_s)})
         recorder: Any = SimpleNamespace(note=lambda *told: self.noted.append(told[1]))
-        return StarvationWatch(engine, traffic_time(**vars(traffic)), recorder, after_s=AFTER_S)
+        return StarvationWatch(drive, traffic_time(**vars(traffic)), recorder, after_s=AFTER_S)
 
 
 def test_behind_a_vehicle_that_stands_for_good_others_starve() -> None:

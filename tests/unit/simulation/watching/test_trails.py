@@ -14,8 +14,8 @@ CIRCLE = ("one_0", "two_0")
 def test_who_came_last_into_a_circle() -> None:
     """Not who went on within it, however late; a gated vehicle came when it was let go to it."""
     granted = np.array([0])
-    engine: Any = SimpleNamespace(changes=0, names=lambda: ["g"], granted=granted.copy)
-    trails = Trails(engine)
+    drive: Any = SimpleNamespace(changes=0, names=lambda: ["g"], granted=granted.copy)
+    trails = Trails(drive)
     ways = {
         "within": ["one_0", "one_0", "one_0", "one_0", ":j_0", "two_0"],
         "o": ["far_0", "far_0", ":j_0", "one_0", "one_0", "one_0"],

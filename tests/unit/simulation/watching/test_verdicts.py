@@ -35,14 +35,14 @@ class Junction:
             whereabouts=lambda: whereabouts(**self.at),
             light=lambda _: Light(shown, 10.0),
         )
-        engine: Any = SimpleNamespace(
+        drive: Any = SimpleNamespace(
             changes=0,
             names=lambda: ["g"],
             granted=lambda: np.array([0]),
             records={"g": None},
             trespasses_now=lambda _: trespassing,
         )
-        self.verdicts = Verdicts(network, self.traffic, engine)
+        self.verdicts = Verdicts(network, self.traffic, drive)
 
     def step(self, **at: tuple[str, float, float]) -> None:
         """Let a second pass, after which vehicles are there."""
