@@ -1,4 +1,4 @@
-"""What vehicles have done since the measured time began: way, laps, time at gates, and time stood."""
+"""Counters of vehicles since the measured time began: distance, laps, hold time and standing time."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from loopgate.control.motion import STANDING_MPS
 from loopgate.traffic.base import Traffic
 
 _LEAP_MPS: Final = 5.0
-"""An odometer that goes by so much faster than its vehicle can has leapt [m/s]."""
+"""An odometer that is this much faster than the top speed of its vehicle has leapt [m/s]."""
 
 
 class Account:
-    """What one vehicle has done.
+    """The counters of one vehicle.
 
-    `stood_s`: for how long it has stood, wherever that was [s]. `leapt_m`: by how much its odometer has
-    leapt: none of that is driven [m]. `halted_s`: since when it stands at its line; infinite if it does not.
+    `stood_s`: how long it has stood, anywhere [s]. `leapt_m`: the leaps of its odometer, which are not driven
+    [m]. `halted_s`: since when it stands at the stop line where it is held [s]; infinite if it does not.
     """
 
     def __init__(self, diary: Diary) -> None:
@@ -35,47 +35,47 @@ class Account:
 
     @property
     def laps(self) -> int:
-        """Laps."""
+        """Number of laps since the measured time began."""
         return self.diary.laps - self._laps_before
 
     @property
     def distance_m(self) -> float:
-        """Distance [m]."""
+        """Distance since the measured time began [m]."""
         return self.vehicle.front_m - self._from_m - self.leapt_m
 
     def total_hold_s(self, now_s: float) -> float:
-        """Return the time at gates until now [s]."""
+        """Return the hold time until now [s]."""
         return self._held_s + max(0.0, now_s - self.halted_s)
 
     def worst_wait_s(self, now_s: float) -> float:
-        """Return the longest time from asking to being granted, a wait under way included [s]."""
+        """Return the longest wait from a request to its grant [s]; a wait that still lasts counts."""
         waits = self.vehicle.asks and not self.vehicle.stops_here()
         return max(self.vehicle.longest_s, now_s - self.vehicle.since_s if waits else 0.0)
 
     def turns_off(self, diary: Diary, by_m: float) -> None:
-        """Note that the vehicle goes on by another way, on which arc lengths are so much more [m]."""
+        """Note that the vehicle changes to another path, where arc lengths are `by_m` larger."""
         self.diary = diary
         self._from_m += by_m
 
     def goes_on(self, now_s: float) -> bool:
-        """Note that the vehicle is held no longer; return whether it stood at its line."""
+        """Note that the vehicle is no longer held; return whether it stood at its stop line."""
         halted = self.halted_s < inf
         self._held_s = self.total_hold_s(now_s)
         self.halted_s = inf
         return halted
 
     def measure_from_now(self, now_s: float) -> None:
-        """Forget what was counted so far."""
+        """Begin the measured time: set the counters to zero."""
         self._from_m, self._laps_before = self.vehicle.front_m, self.diary.laps
         self._held_s = self.leapt_m = self.vehicle.longest_s = 0.0
-        self.halted_s = max(self.halted_s, now_s)  # infinite if it does not stand
+        self.halted_s = max(self.halted_s, now_s)  # stays infinite for a vehicle that is not held
 
 
 class Accounts:
-    """The accounts of all vehicles on the road, and figures of all of them together.
+    """The counters of all vehicles on the road, and their sums.
 
-    `of`: by name. `stood_s`: for how long vehicles have stood on each edge, from `counts_from_s` on [s].
-    `leaps`: whose odometers have leapt, when [s], and by how much [m].
+    `of`: by name of the vehicle. `stood_s`: how long vehicles have stood on each edge since `counts_from_s`
+    [s]. `leaps`: vehicle, time [s] and length [m] of each leap of an odometer.
     """
 
     def __init__(self, traffic: Traffic) -> None:
@@ -87,20 +87,20 @@ class Accounts:
         self._steps = self._standing = 0
         self._driven_m = 0.0
         self._laps = self._told_laps = 0
-        """Laps of vehicles that have left, and all that have been told of."""
+        """Laps of vehicles that have left, and laps that `take_flow` has returned so far."""
 
     def open(self, diary: Diary) -> Account:
-        """Open an account for a vehicle that has come."""
+        """Begin to count for a vehicle that has come."""
         account = self.of[diary.vehicle.name] = Account(diary)
         return account
 
     def close(self, account: Account) -> None:
-        """Take note that a vehicle has left."""
+        """End the account of a vehicle that has left."""
         del self.of[account.vehicle.name]
         self._laps += account.diary.laps
 
     def look(self, diaries: Sequence[Diary], moved_m: Floats, tops: Floats) -> None:
-        """Count a step, in which vehicles moved so far [m]; `tops` are their top speeds [m/s]."""
+        """Count one step; each vehicle moved `moved_m` [m] and has the top speed `tops` [m/s]."""
         step_s, now_s = self._traffic.step_s, self._traffic.now_s
         self._steps += 1
         self._driven_m += float(moved_m.sum())
@@ -128,7 +128,10 @@ class Accounts:
             self._stand([diary], self._traffic.step_s, now_s)
 
     def take_flow(self) -> tuple[int, float, float, int]:
-        """Return how many there are, and since the last call the mean number that stand, metres, and laps."""
+        """Return the number of vehicles and the flow since the last call.
+
+        The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
+        """
         laps = self._laps + sum(account.diary.laps for account in self.of.values())
         told = len(self.of), self._standing / self._steps, self._driven_m, laps - self._told_laps
         self._steps = self._standing = 0

@@ -1,4 +1,4 @@
-"""The vehicles for which one waits: for those that starve, and for recognition of deadlocks."""
+"""Finds the vehicles that a vehicle waits for, to detect deadlocks and to explain why vehicles starve."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from loopgate.control.slack import Slack
 from loopgate.gates.base import Reason
 
 _NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
-"""Refusals that no vehicle under the gate lifts by moving on."""
+"""Refusals that no gated vehicle can end by moving on."""
 
 
 def blockers(
     vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
 ) -> list[list[Vehicle]]:
-    """Return whom a vehicle waits for that is refused: of every set, some vehicle has to move on.
+    """Return the gated vehicles that block a refused vehicle, as a list of sets.
 
-    `by_gate`: names those by whom a gate refuses it; none by default, where the chain rule decides.
+    In each set, at least one vehicle has to move before the refused vehicle can. `by_gate` returns the names
+    of the vehicles for which a gate refuses a vehicle; it is None where the chain rule decides.
     """
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
@@ -46,33 +47,34 @@ def blockers(
 
 
 def _named(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[Vehicle]:
-    """Return other vehicles than this, each once, in the order of their numbers."""
+    """Return the vehicles of `some` except `vehicle`, each once, in the order of their numbers."""
     others = {other for other in some if other is not None and other is not vehicle}
     return sorted(others, key=lambda one: one.number)
 
 
 def _late(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[list[Vehicle]]:
-    """Return, each by itself, those for whom something is kept still, and not for a mover by now."""
+    """Return the vehicles of `some` that still wait for a slot or a crossing, each in its own list."""
     return [[other] for other in _named(some, vehicle) if other.asks and other.reason in PASSED_OVER]
 
 
 def ahead(
     vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
 ) -> list[Vehicle]:
-    """Return the vehicles that one waits for: the first in its line, else its `blockers`."""
+    """Return the vehicles that a vehicle waits for: the first in its line, else its `blockers`."""
     line, wanted = vehicle.leg.place.line, vehicle.wanted()
     if line and line[0] is not vehicle:
         return line[:1]
     if vehicle.asks and vehicle.reason == Reason.STOP and vehicle.stop_m == inf and wanted is not None:
-        return wanted.line[:1]  # it waits behind one that is to stop
+        return wanted.line[:1]  # a vehicle in the wanted place is about to stop
     found = {other for some in blockers(vehicle, everybody, by_gate) for other in some}
     return sorted(found - {vehicle}, key=lambda one: one.number)
 
 
 def outside(vehicle: Vehicle, slack: Slack, everybody: Collection[Vehicle]) -> list[list[str]]:
-    """Return as `blockers` does, by name, whom of ordinary traffic a vehicle waits for.
+    """Return the ordinary vehicles that block a vehicle, by name, in sets like those of `blockers`.
 
-    Whatever it was refused for last: that may have passed since, and what is outside not.
+    The reason of the last refusal is not asked: it may be over while ordinary vehicles still block. Where
+    ordinary vehicles fill a place or a circle, the set also has the gated vehicles that could make space.
     """
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason == Reason.STOP:
@@ -87,7 +89,7 @@ def outside(vehicle: Vehicle, slack: Slack, everybody: Collection[Vehicle]) -> l
 
 
 def _before(vehicle: Vehicle) -> Iterator[Other]:
-    """Yield the ordinary vehicles before a vehicle on its lane, or across its way."""
+    """Yield the ordinary vehicles ahead of a vehicle on its lane, or across its path."""
     here = vehicle.leg.stretch
     if here is None:
         return
@@ -103,7 +105,7 @@ def _before(vehicle: Vehicle) -> Iterator[Other]:
 
 
 def _upon(lane: Lane, past_m: float) -> Iterator[Other]:
-    """Yield the ordinary vehicles on a lane, and those of whose rears some part is before `past_m`."""
+    """Yield the ordinary vehicles with their front on a lane, or with their rear before `past_m` on it."""
     yield from lane.fronts
     for rear in lane.rears:
         if rear.rear_m < past_m:
@@ -111,7 +113,7 @@ def _upon(lane: Lane, past_m: float) -> Iterator[Other]:
 
 
 def _inside(vehicle: Vehicle) -> Iterator[Other]:
-    """Yield the ordinary vehicles in the place that a vehicle wants next, and those that drive into it."""
+    """Yield the ordinary vehicles in the place that a vehicle wants next, and the ones that drive into it."""
     after = vehicle.leg.after
     if after is None or after.stretch is None:
         return
@@ -123,7 +125,7 @@ def _inside(vehicle: Vehicle) -> Iterator[Other]:
 
 
 def _on_the_way(vehicle: Vehicle) -> Iterator[Vehicle]:
-    """Yield the vehicles under way on what conflicts with the crossing before a vehicle."""
+    """Yield the vehicles with a grant over a movement that conflicts with the crossing ahead of a vehicle."""
     for over in vehicle.leg.passes:
         for trip in over.movement.junction.trips:
             if trip.over.movement in over.foes and trip.vehicle is not vehicle:

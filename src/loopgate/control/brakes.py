@@ -1,4 +1,4 @@
-"""Looks whether held vehicles can still stop at their stop lines, and brakes those that cannot."""
+"""Checks that held vehicles can stop at their stop lines, and brakes hard the vehicles that cannot."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from loopgate.traffic.base import Traffic
 
 
 class Brakes:
-    """The vehicles that brake for their stop lines.
+    """Watches the held vehicles that have not come to rest.
 
     `overruns`: how often a held vehicle could not stop at its stop line.
     """
@@ -21,15 +21,15 @@ class Brakes:
         self.overruns = 0
 
     def holds(self, vehicle: Vehicle) -> None:
-        """Watch a vehicle from now on that is to stop at its line."""
+        """Watch a vehicle that has been told to stop at its stop line."""
         self._braking[vehicle] = None
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Watch a vehicle no longer: it stands, may go on, or has left."""
+        """End the watch of a vehicle: it stands, has a grant, or has left."""
         self._braking.pop(vehicle, None)
 
     def look(self) -> None:
-        """Brake the vehicles that would come to rest past their lines."""
+        """Brake the vehicles that would come to rest beyond their stop lines."""
         step_s = self._traffic.step_s
         for vehicle in list(self._braking):
             if not vehicle.held:
@@ -37,12 +37,12 @@ class Brakes:
                 continue
             left_m, speed, decel = vehicle.line_m - vehicle.front_m, vehicle.speed, vehicle.make.decel
             if 2.0 * decel * left_m > speed * speed:
-                continue  # it stops in less, however long a step is
+                continue  # far enough away, whatever the length of a step
             if left_m < braking_m(speed, decel, step_s) - TOLERANCE_M:
                 self.overrun(vehicle)
 
     def overrun(self, vehicle: Vehicle) -> None:
-        """Note that a vehicle cannot stop at its line, and brake it as hard as it can."""
+        """Record that a vehicle cannot stop at its stop line, and brake it as hard as it can."""
         self.forget(vehicle)
         self.overruns += 1
         wanted = vehicle.wanted()

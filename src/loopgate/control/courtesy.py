@@ -1,13 +1,14 @@
-"""Vehicles under the gate give way to ordinary ones before junctions, never inside them.
+"""Makes gated vehicles give way to ordinary vehicles before a junction, not inside it.
 
-In SUMO a vehicle that turns waits inside the junction, where others drive by so near that bodies touch. SUMO
-knows nothing of movements that touch and are no foes. So a granted vehicle is slowed down before a junction
-while an ordinary vehicle is in its way or comes, as long as it can still stop there. After a minute, and for
-ordinary vehicles that come later, SUMO's right of way decides.
+In SUMO a turning vehicle waits inside the junction, so near to other traffic that vehicles touch. SUMO also
+knows nothing of movements that touch without being foes. So a granted vehicle is slowed down before a
+junction while an ordinary vehicle is in its way or is coming, as long as the granted vehicle can still stop
+there. After 60 s, and for ordinary vehicles that come later, SUMO's right of way decides.
 
-A vehicle that drove in when no other came does not wait inside for one that departs then and can still stop.
-Nor do two vehicles under the gate wait for each other at their lines for ever, which SUMO lets them do where
-lights are off, though their movements do not touch.
+Two cases are exempt from SUMO's right of way. A vehicle that drove in when no other vehicle came does not
+wait inside for a vehicle that departs afterwards and can still stop. And two gated vehicles whose movements
+do not touch do not wait for each other at their stop lines for ever, as SUMO has them do where lights are
+off.
 """
 
 from __future__ import annotations
@@ -23,25 +24,26 @@ from loopgate.control.roads import BEYOND_M, Lookout
 from loopgate.traffic.base import Traffic
 
 _AT_LINE_M: Final = 5.0
-"""So far before its line a vehicle may stand that is about to set out [m]."""
+"""A vehicle that stands within this distance of its stop line may be about to set out [m]."""
 
 _SHORT_OF_M: Final = 0.5
-"""So far before a junction a vehicle comes to rest that is kept out of it [m]."""
+"""A vehicle that gives way comes to rest this far before the junction [m]."""
 
 _MOST_KEPT_S: Final = 60.0
-"""After this time it is SUMO's right of way alone that says when it goes on [s]."""
+"""After this time only SUMO's right of way keeps a vehicle from going on [s]."""
 
 _HELD_UP_S: Final = 5.0
-"""A vehicle that stands at its line so long with nobody in its way waits for one with its own grant [s]."""
+"""A vehicle that stands this long at its stop line, with no vehicle in its way, waits for another granted
+vehicle [s]."""
 
 
 class _Manners:
-    """What a vehicle under way does, and has been told.
+    """How one granted vehicle gives way, and what SUMO was told about it.
 
-    `speed`: the limit it is kept to; infinite if it drives at will. `first`: whether it keeps no right of
-    way. `since_s`: since when it gives way. `stands_s`: since when it stands at its line. `clear`: a trip on
-    which it does not wait inside. `freed`: one on which it goes without giving way. `soon_m`: from where on
-    it is looked at [m].
+    `speed`: its speed limit for giving way [m/s]; infinite for none. `first`: whether it ignores SUMO's right
+    of way. `since_s`: since when it gives way [s]. `stands_s`: since when it stands at its stop line [s].
+    `clear`: the trip on which it does not wait inside the junction. `freed`: the trip on which it goes on
+    without giving way. `soon_m`: the arc length of its front from which it is checked in each step [m].
     """
 
     __slots__ = ("clear", "first", "freed", "since_s", "soon_m", "speed", "stands_s")
@@ -56,25 +58,25 @@ class _Manners:
         self.soon_m = -inf
 
     def heeds(self) -> bool:
-        """Return whether it is to be looked at wherever it is."""
+        """Return whether the vehicle is checked in each step, wherever it is."""
         return self.clear is not None or self.freed is not None or self.since_s < inf or self.stands_s < inf
 
 
 class Courtesy:
-    """Keeps vehicles out of the next junction that can stop before it and must not drive into it."""
+    """Keeps vehicles out of the next junction while they must give way and can still stop before it."""
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic: Final = traffic
         self._under_way: dict[Vehicle, _Manners] = {}
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._under_way.pop(vehicle, None)
 
     def look(self, granted: Iterable[Vehicle]) -> None:
-        """Tell vehicles how to give way; once in each step, after all answers.
+        """Tell vehicles how to give way; call it once in each step, after all answers.
 
-        `granted`: those that were let go since.
+        `granted`: the vehicles that got a grant since the last call.
         """
         for vehicle in granted:
             self._under_way.setdefault(vehicle, _Manners()).soon_m = -inf
@@ -98,7 +100,7 @@ class Courtesy:
             self._traffic.give_way(name, gives=not goes)
 
     def _look_at(self, vehicle: Vehicle, manners: _Manners, now_s: float, step_s: float) -> None:
-        """See what a vehicle is to do."""
+        """Set the speed limit of a vehicle, and whether it ignores SUMO's right of way."""
         since_s, stands_s, clear, freed = manners.since_s, manners.stands_s, manners.clear, manners.freed
         heeds = manners.heeds()
         manners.speed, manners.first = inf, False
@@ -123,7 +125,7 @@ class Courtesy:
             manners.speed = speed
 
     def _is_soon(self, vehicle: Vehicle, manners: _Manners, step_s: float) -> bool:
-        """Return whether it may not be able to stop before its first junction when it is looked at next."""
+        """Return whether a vehicle might be too late to stop before its junction at the next check."""
         make, line_m = vehicle.make, vehicle.trips[0].line_m
         most_m = make.top * step_s + make.top * make.top / (2.0 * make.decel) + MARGIN_M + _SHORT_OF_M
         manners.soon_m = line_m - max(most_m, 2.0 * _AT_LINE_M)
@@ -141,9 +143,9 @@ class Courtesy:
         *,
         before: bool,
     ) -> float:
-        """Return how fast a vehicle may drive that is to be kept out of a junction [m/s]; else infinity.
+        """Return the highest speed of a vehicle that gives way [m/s]; infinity if it need not.
 
-        `before`: whether it gave way before.
+        `before`: whether it gave way in the last step.
         """
         lookout = None if trip is None else trip.over.lookout
         if trip is None or lookout is None:
@@ -165,10 +167,10 @@ class Courtesy:
 
 
 def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | None:
-    """Return the trip over the first movement before a vehicle.
+    """Return the trip over the first movement ahead of a vehicle.
 
-    One that the vehicle is on counts until its front is so far beyond its beginning: some metres, and some
-    share of its length.
+    A movement that the vehicle has entered counts until its front is `beyond_m` and the share `of_length` of
+    the movement's length past its beginning.
     """
     for trip in vehicle.trips:
         lookout = trip.over.lookout
@@ -180,7 +182,7 @@ def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | Non
 
 
 def _matters(vehicle: Vehicle, trip: Trip | None) -> bool:
-    """Return whether a vehicle stands before its next movement, or may not have that to itself."""
+    """Return whether a vehicle stands before its next movement, or may have to give way on it."""
     lookout = None if trip is None else trip.over.lookout
     if lookout is None:
         return False
@@ -190,7 +192,7 @@ def _matters(vehicle: Vehicle, trip: Trip | None) -> bool:
 def _is_closed(
     vehicle: Vehicle, trip: Trip, lookout: Lookout, left_m: float, manners: _Manners, now_s: float
 ) -> bool:
-    """Return whether somebody is in the way of a vehicle that is so far before a movement, or comes."""
+    """Return whether an ordinary vehicle is on the movement `left_m` ahead, or comes to it."""
     waits = lookout.wait_m > 0.0 or vehicle.speed < STANDING_MPS
     used = lookout.is_used() if waits else lookout.is_used_unseen()
     closed = used or comes(vehicle, lookout, left_m, now_s)
@@ -199,7 +201,7 @@ def _is_closed(
 
 
 def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> None:
-    """Take note of one that drives onto a clear movement, as long as it could have to wait there."""
+    """Let a vehicle drive on over a movement that was clear, while it could have to wait inside."""
     lookout = clear.over.lookout
     if lookout is None or clear not in vehicle.trips:
         return
@@ -211,7 +213,7 @@ def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> No
 
 
 def _is_free(vehicle: Vehicle, freed: Trip | None, manners: _Manners, since_s: float, now_s: float) -> bool:
-    """Return whether a vehicle goes on without giving way, as nobody is in its way who has no grant."""
+    """Return whether a vehicle may go on without giving way: only granted vehicles are in its way."""
     trip = next_trip(vehicle, 0.0, 1.0)
     lookout = None if trip is None else trip.over.lookout
     if trip is None or lookout is None:

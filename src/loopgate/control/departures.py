@@ -1,8 +1,8 @@
-"""Vehicles that depart while others drive: put in when their place has room for them, and their way is free.
+"""Lets vehicles depart during a run, when their place has a free slot and their lane is clear.
 
-One departs when its place has a slot that the gate lets it have, and nobody stands or drives behind its front
-there; no other vehicle gets into the place in that step. Where others keep driving into it, it is closed to
-them for a while, now and then.
+A vehicle departs when the gate lets it have a slot of its place, and no vehicle in the place stands or drives
+behind its front. No other vehicle enters the place in that step. Where other vehicles keep driving into the
+place, it is closed to them from time to time.
 """
 
 from __future__ import annotations
@@ -19,40 +19,43 @@ from loopgate.control.way import Way
 from loopgate.traffic.base import Insertion, Traffic
 
 _AGAIN_S: Final = 1.0
-"""Time after which a vehicle that was refused is looked at again [s]."""
+"""A vehicle that could not depart is tried again after this time [s]."""
 
 _AT_LEAST: Final = 0.05
-"""Share of all slots up to which vehicles that drive once are let in however crowded their ways are."""
+"""While fewer vehicles than this share of all slots drive once, crowded paths stop no departure."""
 
 _LONG_S: Final = 120.0
 _IN_TURN: Final = 20
-"""Of so many that are let in one is that which has waited longest, if that long [s], however crowded its way.
+"""After so many departures, the vehicle that has waited longest may depart onto a crowded path, if it has
+waited `_LONG_S` [s].
 
-With half more trips than a grid can take the worst waits a third less, and as many arrive."""
+With 1.5 times as many trips as a grid can take, this cuts the longest wait by a third, and as many trips
+arrive."""
 
 _PATIENCE_S: Final = 20.0
-"""A vehicle that has waited so long for others to drive into its place keeps them out for as long, now and
-then [s]."""
+"""A vehicle whose place never clears alternates: it waits this long, then keeps other vehicles out this long
+[s]."""
 
 _TAKEN: Final = 0.2
-"""Share of the slots on a way from which on one more vehicle may make less traffic.
+"""A path with at most this share of its slots taken is not crowded.
 
-With three times as many trips as a grid of one-lane roads can take, most arrive in an hour with a fifth; 3 %
-fewer with 0.15 or 0.25, 18 % fewer with a fifth of all slots in the network."""
+With three times as many trips as a grid of one-lane roads can take, most arrive within an hour with 0.2: 3 %
+fewer with 0.15 or 0.25, and 18 % fewer with a share of all slots in the network."""
 
 _LOST: Final = 0.09
-"""And share of the slots on it that vehicles lose together that are slower than allowed.
+"""A path is crowded if its slow vehicles together lose more than this share of its slots.
 
-A vehicle that stands loses a whole slot; a dense stream that rolls is no crowd. With 0.07 vehicles that
-follow one another every three seconds wait to set out, with 0.11 trips on the grid take 5 % longer."""
+A vehicle that stands loses one slot; a vehicle at the speed limit loses none, so a dense stream that rolls is
+not crowded. With 0.07, vehicles that follow one another every three seconds wait to depart; with 0.11, trips
+on the grid take 5 % longer."""
 
 
 @dataclass(frozen=True, slots=True)
 class Due:
     """A vehicle that is to depart.
 
-    `at_s`: when it wants to [s]. `turn`: the how manieth it is. `gap_m`: the gap that it keeps [m]. `limits`:
-    the speed limit on each leg of its way [m/s].
+    `at_s`: when it wants to depart [s]. `turn`: its number in the order of departures. `gap_m`: the gap that
+    it keeps [m]. `limits`: the speed limit on each leg of its path [m/s].
     """
 
     at_s: float
@@ -64,31 +67,31 @@ class Due:
 
     @property
     def again(self) -> bool:
-        """Whether it drives round."""
+        """Whether the vehicle drives a loop."""
         return not self.way.legs[-1].away
 
     @property
     def place(self) -> str:
-        """The place in which it departs."""
+        """The place in which the vehicle departs."""
         return str(self.way.legs[self.way.position].state)
 
 
 class Departures:
-    """Puts vehicles in, one in each place at a time; `look` is to be called after each step.
+    """Lets vehicles depart, one at a time in each place; call `look` after each step.
 
-    A vehicle that drives once waits as long as its way is crowded.
+    A vehicle that drives once waits while its path is crowded.
 
     Parameters
     ----------
     due
-        In the order in which they want to depart.
+        The vehicles, in the order in which they want to depart.
     slots
-        How many all places on the road hold.
+        Number of slots of all places.
     admits
-        Whether all can go on with one more, for ever.
+        Returns whether every vehicle can still go on for ever with one more on a path.
     heeds_crowds
-        Whether vehicles wait while their ways are crowded: not where lights are obeyed, since vehicles that
-        queue at red are no crowd.
+            Whether vehicles wait while their paths are crowded. It is False where lights are obeyed, since a
+        queue at a red light is no crowd.
     """
 
     def __init__(
@@ -108,13 +111,13 @@ class Departures:
         self._outside: dict[tuple[str, bool], list[Due]] = {}
         self._tried_s: dict[str, float] = {}
         self._others = 0
-        """How many were let in since it was the turn of the one that has waited longest."""
+        """Departures since a vehicle departed because it had waited longest."""
         loops = any(one.again for one in due) or bool(driving.ledger.vehicles)
         self._least = max(1.0, _AT_LEAST * slots * loops)
-        """With fewer on the road that drive once, nobody waits for others to go."""
+        """While fewer vehicles that drive once are on the road, crowded paths stop no departure."""
 
     def look(self) -> None:
-        """Let those depart that are due and may."""
+        """Let the vehicles depart that want to by now, as far as places, gate and crowding allow."""
         now_s, driving = self._traffic.now_s, self._driving
         for way in driving.missed:
             self._wait(self._by_name[way.vehicle])
@@ -140,7 +143,7 @@ class Departures:
         self._count(one, 1)
 
     def _count(self, one: Due, change: int) -> None:
-        """Let it count, or no longer, as a queue in its place and those up to the next junction."""
+        """Add `change` to the queue outside each place from the vehicle's own to the next junction."""
         path = self._driving.path(one.way)
         for leg in path[one.way.position :]:
             leg.place.outside += change
@@ -148,7 +151,7 @@ class Departures:
                 return
 
     def _is_crowded(self, one: Due) -> bool:
-        """Return whether one more vehicle would reduce the traffic on the way."""
+        """Return whether one more vehicle would reduce the traffic on its path."""
         if not self._heeds_crowds:
             return False
         limits: dict[Place, float] = {}
@@ -159,7 +162,7 @@ class Departures:
         return is_crowded(limits)
 
     def _let_in(self, one: Due, now_s: float) -> bool:
-        """Let a vehicle depart in the next step if there is room for it; return whether it may."""
+        """Let a vehicle depart in the next step if there is space for it; return whether it does."""
         driving, way = self._driving, one.way
         leg: Leg = driving.path(way)[way.position]
         if not driving.is_clear(way, one.gap_m):
@@ -180,9 +183,9 @@ class Departures:
 
 
 def is_crowded(limits: dict[Place, float]) -> bool:
-    """Return whether too many slots of some places are taken, and too much time is lost there.
+    """Return whether too many slots of some places are taken, and too many lost to slow vehicles.
 
-    `limits`: by place [m/s].
+    `limits`: the speed limit of each place [m/s].
     """
     slots = sum(place.slots for place in limits)
     if sum(len(place.line) for place in limits) <= _TAKEN * slots:

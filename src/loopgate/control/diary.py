@@ -1,4 +1,4 @@
-"""What vehicles have passed: edges, laps and places, noted once each."""
+"""Records the edges, laps and places that vehicles have passed, each once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from loopgate.control.way import Way
 Row = tuple[float, str, str, str, str]
 """An event: time [s], vehicle, event, place, reason."""
 
-# Words of `loopgate.results.columns.Event`.
+# Values of `loopgate.results.columns.Event`.
 EDGE: Final = "edge"
 LAP: Final = "lap"
 ENTER: Final = "enter"
@@ -24,10 +24,12 @@ REFUSE: Final = "refuse"
 
 
 class Diary:
-    """Up to where the way of a vehicle has been noted. The vehicle is at its start, or where it turns off.
+    """The record of one vehicle: which edges, laps and places of its path it has passed.
 
-    `way`: with the legs as they are drawn; `path`: the same as objects. `laps`: so far. `edge`: the one that
-    the front is on, or in the junction behind. `due_m`: where something is to be noted next [m].
+    `way`: the path with its legs as the abstraction drew them. `path`: the same legs as objects of the
+    ledger. `laps`: laps so far. `edge`: the edge that the front is on, or has left last. `due_m`: arc length
+    at which there is something to record next [m]. A new diary begins at the start of the vehicle, or where
+    the vehicle changes to another path.
     """
 
     def __init__(self, vehicle: Vehicle, way: Way, path: Sequence[Leg], laps: int = 0) -> None:
@@ -49,16 +51,16 @@ class Diary:
         self.due_m = min(self._edge_m, self._lap_m)
 
     def jumped(self, skipped_m: float) -> None:
-        """Note that the simulator moved the vehicle ahead: the lap ends so much later [m]."""
+        """Note that SUMO moved the vehicle `skipped_m` ahead, so that its lap ends later."""
         self._lap_m += skipped_m
         self.aim()
 
     def drawn(self, number: int) -> Drawn:
-        """Return a leg of the vehicle's endless way as it lies on the road."""
+        """Return a leg of the vehicle's endless path, as the abstraction drew it."""
         return self.way.legs[number % len(self.way.legs)]
 
     def aim(self) -> None:
-        """Say where something is to be noted next, after a grant."""
+        """Find anew, after a grant, where there is something to record next."""
         self._leg_m = inf
         if self._entered < self.vehicle.granted:
             number = self._entered + 1
@@ -67,7 +69,7 @@ class Diary:
         self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
 
     def pass_by(self, now_s: float, rows: list[Row]) -> bool:
-        """Note what the front has passed; return whether the simulator renewed the route there."""
+        """Record what the front has passed; return whether SUMO has renewed the route there."""
         name, front_m, renewed = self.vehicle.name, self.vehicle.front_m, False
         while front_m >= self._edge_m:
             edge = self._edges[self._edge]
@@ -102,9 +104,9 @@ def look(
     ledger: Ledger,
     rows: list[Row],
 ) -> list[Vehicle]:
-    """Take note of where all vehicles are [m], how fast [m/s], and of what they have reached.
+    """Set the fronts [m] and speeds [m/s] of all vehicles, and record what they have reached.
 
-    Return the vehicles whose route the simulator has renewed.
+    Return the vehicles whose route SUMO has renewed.
     """
     due: list[Diary] = []
     for diary, front_m, speed in zip(diaries, fronts_m, speeds, strict=True):
@@ -126,9 +128,9 @@ def look(
 def write_down(
     ledger: Ledger, diaries: list[Diary], rows: list[Row], stages: dict[int, str]
 ) -> tuple[list[Vehicle], list[Vehicle]]:
-    """Write what the ledger did into the rows; return the vehicles that go, and those to hold, in order.
+    """Write the ledger's log as events; return the vehicles to release, and the vehicles to hold.
 
-    `stages`: takes which stage of the gate decided, by the number of the row.
+    `stages`: gets the stage of the gate that decided, by number of the event.
     """
     moved: dict[Vehicle, None] = {}
     stays: dict[Vehicle, None] = {}

@@ -1,4 +1,4 @@
-"""Fronts of all vehicles along their ways, read from their odometers in one go."""
+"""Positions of all vehicles' fronts along their paths, read from their odometers in one call."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from loopgate.traffic.base import Traffic
 
 
 class Fronts:
-    """Where the fronts of vehicles were after the last step.
+    """The fronts of all vehicles after the last step.
 
-    `names`: the vehicles. `at_m`: their fronts along their ways [m], `tops`: their top speeds [m/s], both in
-    that order.
+    `names`: the vehicles. `at_m`: the arc length of each front along its path [m]. `tops`: the top speed of
+    each vehicle [m/s]. All three have the same order.
     """
 
     def __init__(self, traffic: Traffic) -> None:
@@ -26,7 +26,7 @@ class Fronts:
         self._offset_m: Floats = np.zeros(0)
 
     def add(self, vehicles: Sequence[Vehicle]) -> None:
-        """Add vehicles that have come, where they are now."""
+        """Add vehicles that have come, with their fronts as they are now."""
         names = [vehicle.name for vehicle in vehicles]
         at_m = np.array([vehicle.front_m for vehicle in vehicles])
         self._offset_m = np.append(self._offset_m, at_m - self._traffic.odometers(names))
@@ -35,29 +35,29 @@ class Fronts:
         self.names += names
 
     def drop(self, row: int) -> None:
-        """Forget the vehicle in a row; those behind it move up."""
+        """Drop the vehicle in a row; the rows after it move up."""
         del self.names[row]
         columns = self._offset_m, self.at_m, self.tops
         self._offset_m, self.at_m, self.tops = (np.delete(column, row) for column in columns)
 
     def shift(self, row: int, by_m: float) -> None:
-        """Note that the vehicle in a row goes by another way, on which arc lengths are so much more [m]."""
+        """Note that the vehicle in a row changes to another path, where arc lengths are `by_m` larger."""
         self._offset_m[row] += by_m
         self.at_m[row] += by_m
 
     def jumped(self, row: int, skipped_m: float) -> None:
-        """Note that the simulator moved the vehicle in a row ahead [m]."""
+        """Note that SUMO moved the vehicle in a row `skipped_m` ahead; its odometer does not count that."""
         self._offset_m[row] += skipped_m
 
     def offset_m(self, row: int) -> float:
-        """Return how much more the arc length of a front is than the odometer of its vehicle [m]."""
+        """Return the arc length of a front minus the odometer of its vehicle [m]."""
         return float(self._offset_m[row])
 
     def read(self) -> Floats:
-        """Read where the fronts are now; return how far they have come since the call before [m]."""
+        """Read all fronts; return how far each has come since the last call [m]."""
         before, self.at_m = self.at_m, self._traffic.odometers(self.names) + self._offset_m
         return self.at_m - before
 
     def odometers(self) -> Floats:
-        """Return what the odometers read after the last step [m]."""
+        """Return the odometers as they were after the last step [m]."""
         return self.at_m - self._offset_m

@@ -1,4 +1,4 @@
-"""Traffic lights: what they show to a movement now, and when that changes as their programs tell."""
+"""Traffic lights: the letter that a movement sees now, and when the light's program changes it."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Final
 from loopgate.traffic.base import Program, Traffic
 
 OPEN: Final = "GgoOs"
-"""SUMO's letters with which a vehicle may drive: green, lights off, and the green arrow."""
+"""SUMO's letters that let a vehicle drive: green, light off, and green arrow."""
 AMBER: Final = "yY"
 RED: Final = "ru"
 ARROW: Final = "s"
-"""A green arrow, before which a vehicle stops first."""
+"""SUMO's letter for a green arrow: a vehicle stops first, then may drive."""
 
 
 class Lamp:
-    """A light of the simulator, read when its program may have gone on, at most once a step."""
+    """A traffic light of SUMO, read at most once in a step, and only when it may have changed."""
 
     def __init__(self, name: str, traffic: Traffic) -> None:
         self.name: Final = name
@@ -29,7 +29,7 @@ class Lamp:
         self.program = Program((), fixed=False)
 
     def look(self, now_s: float) -> None:
-        """Read it if what was read holds no longer; a change due now is made in the next step."""
+        """Read the light if it may have changed since it was read; SUMO makes a change in the step after."""
         if self._seen_s == now_s or now_s <= self.changes_s:
             return
         shown = self._traffic.light(self.name)
@@ -41,9 +41,9 @@ class Lamp:
         self.spent_s = shown.spent_s
 
     def next_step(self, now_s: float) -> tuple[str, int, float]:
-        """Return letters and phase in the next step, and when they change after that [s].
+        """Return the letters and the phase in the next step, and when they change after that [s].
 
-        Certain where the program is fixed. Others are taken to end what they show as soon as they may.
+        This is certain for a fixed program. Any other program is assumed to change as soon as it may.
         """
         self.look(now_s)
         if self.program.fixed and self.changes_s <= now_s:
@@ -53,12 +53,15 @@ class Lamp:
         return self.state, self.phase, max(now_s, self.changes_s)
 
     def shown_for_s(self, now_s: float) -> float:
-        """Return for how long it has shown what it shows [s]."""
+        """Return for how long the light has shown its present phase [s]."""
         return self.spent_s + now_s - self._seen_s
 
 
 class Signal:
-    """What a lamp shows to a movement: the letter at `link`. `speed`: the lowest limit on it [m/s]."""
+    """What a lamp shows to one movement: the letter number `link`.
+
+    `speed`: the lowest speed limit on the movement [m/s].
+    """
 
     __slots__ = ("lamp", "link", "speed")
 
@@ -68,11 +71,11 @@ class Signal:
         self.speed: Final = speed
 
     def next_letter(self, now_s: float) -> str:
-        """Return what it shows in the next step."""
+        """Return the letter in the next step."""
         return self.lamp.next_step(now_s)[0][self.link]
 
     def red_at_s(self, now_s: float) -> float:
-        """Return when it turns red, after the rest of the green and the amber [s]; now if it is red."""
+        """Return when the light turns red, after the rest of green and amber [s]; now if it is red."""
         state, phase, change_s = self.lamp.next_step(now_s)
         phases, red_s = self.lamp.program.phases, now_s
         for _ in range(len(phases) + 1):
@@ -86,9 +89,9 @@ class Signal:
         return inf
 
     def may_be_open(self, now_s: float, from_s: float, to_s: float) -> bool:
-        """Return whether it is open all the time between two times from now on, as far as can be known.
+        """Return whether the light is open from `from_s` to `to_s` after now [s], as far as is known.
 
-        Of a program that is not fixed only what it shows is known, and when at the latest that ends.
+        Of a program that is not fixed, only the present phase and its latest end are known.
         """
         lamp = self.lamp
         lamp.look(now_s)

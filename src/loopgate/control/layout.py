@@ -1,4 +1,4 @@
-"""Lays the legs of an abstraction out as objects of the ledger."""
+"""Makes the places, movements and paths of the ledger from the legs that an abstraction draws."""
 
 from __future__ import annotations
 
@@ -20,14 +20,13 @@ class Layout:
     Parameters
     ----------
     slots
-        How many vehicles each place holds, by name.
+        Number of slots of each place, by name.
     ways
-        The legs of the paths, in driving order. Movements over junctions are found in them.
+        The legs of each path, in driving order. Their crossings give the movements.
     signals
         The lights that are obeyed, by movement; none by default.
     around
-        Called with each path that is laid: adds what vehicles look out for on it, if there is ordinary
-        traffic.
+        Called with each new path. With ordinary traffic it adds what vehicles on the path look out for.
     """
 
     def __init__(
@@ -48,10 +47,10 @@ class Layout:
         ways: Sequence[Drawings],
         laid: Sequence[tuple[Sequence[Leg], Drawings]] = (),
     ) -> None:
-        """Add places and movements; those that are known stay, and what is under way over them.
+        """Add places and movements; keep what exists, and the grants over it.
 
-        `slots`, `ways`: all, as for a new layout. `laid`: paths that vehicles drive on, with their legs as
-        they are drawn now.
+        `slots`, `ways`: all of them, as for a new layout. `laid`: the paths that vehicles drive on, each with
+        its legs as they are drawn now.
         """
         self.places |= {name: Place(name, room) for name, room in slots.items() if name not in self.places}
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
@@ -75,7 +74,7 @@ class Layout:
                 self._movements[name].beside = [self._movements[other] for other in exits if other != name]
 
     def path(self, way: Drawings) -> list[Leg]:
-        """Return a path along legs; it is closed if none of them is where vehicles go that arrive."""
+        """Return the path over some legs; it is closed unless vehicles arrive on its last leg."""
         legs = [
             Leg(self.places[drawn.state], number, float(drawn.begin_m), float(drawn.end_m))
             for number, drawn in enumerate(way)
@@ -109,7 +108,7 @@ class Layout:
 
 
 def _exits(ways: Sequence[Drawings]) -> dict[str, list[str]]:
-    """Return the movements that begin at the end of each place."""
+    """Return, for each place, the movements that begin at its end."""
     exits: dict[str, set[str]] = {}
     for way in ways:
         for leg in way:
@@ -118,7 +117,7 @@ def _exits(ways: Sequence[Drawings]) -> dict[str, list[str]]:
 
 
 def _together(crossings: Mapping[str, Crossing], ways: Sequence[Drawings]) -> dict[str, str]:
-    """Return, for each movement, one that stands for all that it conflicts with, directly or not."""
+    """Return a representative for each movement: movements that conflicts link have the same."""
     root = {name: name for name in crossings}
 
     def find(name: str) -> str:

@@ -1,4 +1,4 @@
-"""Vehicles that are led: on by other paths, or by nothing, while something stands in their way."""
+"""Changes to the paths of vehicles while they drive, and pauses in which they ask for nothing."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from loopgate.control.refusal import Refusal
 
 
 def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse a vehicle that is to be granted nothing for now."""
+    """Refuse a vehicle that gets no grants for now, for the reason in `Vehicle.withheld`."""
     return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
 def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
-    """Return whether a vehicle can go on by another path now, on which its place is a leg.
+    """Return whether a vehicle can now change to another path, on which its place is `leg`.
 
-    It can where it holds that place and nothing else, does not have to move out of another's way next, and
-    closes no circle of full places by it.
+    It can if it holds its place and nothing else, is neither steered nor a mover, and closes no circle of
+    full places by the change.
     """
     if not vehicle.is_settled() or vehicle.steered or vehicle.mover:
         return False
@@ -27,9 +27,10 @@ def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
 
 
 def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
-    """Move a vehicle to another path, on which it goes on from `leg`.
+    """Move a vehicle to another path, where it goes on from `leg`.
 
-    Return what to add to its old arc lengths to get the new ones [m]. `make`, `lap_m`: on that path.
+    Return by how much arc lengths on the new path are larger [m]. `make`, `lap_m`: properties of the vehicle
+    and length of the lap on the new path.
     """
     withdraw(ledger, vehicle)
     by_m = vehicle.turn_off(leg, make, lap_m)
@@ -41,20 +42,20 @@ def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: floa
 
 
 def wait_for_nothing(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Let a vehicle stand where it is and ask for nothing, until `wait_again`."""
+    """Withdraw a vehicle's request, and let the vehicle stand where it is until `wait_again`."""
     withdraw(ledger, vehicle)
     vehicle.stop_m = vehicle.front_m
     vehicle.near = False
 
 
 def wait_again(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Let a vehicle ask in its turn again."""
+    """Let a vehicle ask for grants again after `wait_for_nothing`."""
     vehicle.stop_m = inf
     ledger.consider(vehicle)
 
 
 def withdraw(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Forget the request of a vehicle, if it has one, and why it was refused; its wait counts."""
+    """Forget the request of a vehicle and why it was refused; its wait so far still counts."""
     if vehicle.asks:
         vehicle.longest_s = max(vehicle.longest_s, ledger.now_s - vehicle.since_s)
     ledger.withdraw(vehicle)

@@ -1,16 +1,18 @@
-"""Lights that are obeyed: grants into green only, and who drives on at amber.
+"""Traffic lights that vehicles obey: grants only into green, and what a granted vehicle does at amber.
 
-A request is granted if the light at the line is open in the next step, and if even a slow driver is over the
-line before red, as far as the light's program tells. Each further light on the crossing must be green when
-the vehicle gets there. A light farther than `FAR_M` only stops the vehicle at that light.
+The rule `light` lets a vehicle go if the light at its stop line is open in the next step, and if even a slow
+driver passes the stop line before red by the light's program. Each further light on the crossing must be open
+when the vehicle gets there. A light farther than `FAR_M` beyond the stop line does not refuse the grant; it
+stops the vehicle later.
 
-A granted vehicle is committed: it drives on at amber, as SUMO's drivers do who are too near to brake. It
-stops for a red if it still can, and keeps its grant: the gate counted on it when it admitted others, so
-taking the grant back could break what they were promised. A grant beyond a light is no reason to pass that
-light; the first light counts. `on_red` counts vehicles that cross a line on red since they could not brake.
+A granted vehicle is committed. It drives on at amber, as SUMO's drivers do who are too near to brake. It
+stops at a red light if it still can, and keeps its grant: the gate has admitted other vehicles because of
+that grant. A vehicle with a grant beyond a light still obeys the light. `on_red` counts the vehicles that
+pass a light on red because they could not brake.
 
-Lights only delay. What the gate promises holds as long as every light turns green again and again. Two lights
-on one crossing need not be green together: after `PATIENCE_S` only the first one counts.
+Lights only delay. The promise of the gate holds as long as every light turns green again and again. Two
+lights on one crossing need not be green together, so after `PATIENCE_S` the rule asks for green only at the
+stop line.
 """
 
 from __future__ import annotations
@@ -26,10 +28,10 @@ from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
 
 FAR_M: Final = 50.0
-"""A light farther than this from where vehicles are held is of no account to one that sets out there [m]."""
+"""A light farther than this beyond the stop line does not count for a grant [m]."""
 
 PATIENCE_S: Final = 180.0
-"""After this long only the light at its line keeps a vehicle [s]."""
+"""After so long a wait for green, only the light at the stop line refuses a vehicle [s]."""
 
 _ARROW_STOP_S: Final = 3.0
 _BEFORE_RED_S: Final = 1.0
@@ -40,7 +42,7 @@ _JUST_S: Final = 1e-3
 
 
 def light(vehicle: Vehicle, now_s: float) -> Refusal | None:
-    """Refuse where a light on the crossing does not let the vehicle pass, or not in time."""
+    """Refuse a vehicle if a light on its crossing is closed, or closes before the vehicle is past it."""
     leg, first = vehicle.leg, True
     patient = now_s - vehicle.refused_s.get("red", inf) < PATIENCE_S
     for over in leg.passes:
@@ -59,7 +61,7 @@ def light(vehicle: Vehicle, now_s: float) -> Refusal | None:
 
 
 def passes_lights(vehicle: Vehicle, now_s: float) -> bool:
-    """Return whether a vehicle, if the lights let it go, passes all of them for sure."""
+    """Return whether a vehicle that `light` lets go will surely pass all lights on its crossing."""
     for number, over in enumerate(vehicle.leg.passes):
         signal = over.signal
         if signal is None:
@@ -72,12 +74,12 @@ def passes_lights(vehicle: Vehicle, now_s: float) -> bool:
 
 
 def _is_at_line(over: Pass, leg: Leg) -> bool:
-    """Return whether the light stands where vehicles are held, and not farther on."""
+    """Return whether the light of a movement stands at the stop line, and not farther on."""
     return over is leg.passes[0] and over.ahead_m <= FAR_M
 
 
 def _may_pass(vehicle: Vehicle, over: Pass, signal: Signal, now_s: float) -> bool:
-    """Return whether a light is green when the vehicle gets there, set out now."""
+    """Return whether a light is open when a vehicle that sets out now gets there."""
     distance_m = vehicle.line_m - vehicle.front_m + over.ahead_m
     slow_s = _slow_s(vehicle, signal, distance_m)
     if _is_at_line(over, vehicle.leg):
@@ -96,10 +98,10 @@ def _slow_s(vehicle: Vehicle, signal: Signal, distance_m: float) -> float:
 
 
 class Lights:
-    """Lets vehicles with a grant pass at amber, and stops them at red if they can still brake.
+    """Lets granted vehicles pass at amber, and stops them at red if they can still brake.
 
-    `on_red`: how often a line was crossed on red. `grants`: how many led over a light. `stood`, `stood_s`:
-    how often and for how long vehicles stood at a light though they held a grant beyond it [s].
+    `on_red`: how often a vehicle passed a light on red. `grants`: number of grants that led past a light.
+    `stood`, `stood_s`: how often, and for how long in all [s], a vehicle with a grant stood at a light.
     """
 
     def __init__(self, traffic: Traffic) -> None:
@@ -107,27 +109,28 @@ class Lights:
         self._under_way: dict[Vehicle, None] = {}
         self._heedless: set[Vehicle] = set()
         self._refused: dict[Vehicle, tuple[float, Pass]] = {}
-        """Since when vehicles wait for green [s], and before which movement."""
+        """Since when each vehicle waits for green [s], and before which movement."""
         self._longest: tuple[float, Pass | None] = (0.0, None)
         self.on_red = self.grants = self.stood = 0
         self.stood_s = 0.0
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._under_way.pop(vehicle, None)
         self._heedless.discard(vehicle)
         self._refused.pop(vehicle, None)
 
     def longest(self) -> tuple[float, Pass | None]:
-        """Return the longest wait for green so far [s], and before which movement."""
+        """Return the longest wait for green so far [s], and the movement before which it was."""
         now_s = self._traffic.now_s
         waits = [(now_s - since_s, over) for since_s, over in self._refused.values()]
         return max([self._longest, *waits], key=lambda one: one[0])
 
     def look(self, granted: Iterable[Vehicle], refused: Iterable[Vehicle] = ()) -> None:
-        """Look at the lights before vehicles that were let go, once in each step, after all answers.
+        """Check the lights ahead of granted vehicles; call it once in each step, after all answers.
 
-        `granted`, `refused`: the vehicles that were let go in this step, or refused for another reason.
+        `granted`: the vehicles that got a grant in this step. `refused`: the vehicles that were refused for a
+        new reason.
         """
         now_s = self._traffic.now_s
         for vehicle in granted:
@@ -155,13 +158,13 @@ class Lights:
                 del self._under_way[vehicle]
 
     def _waits_no_more(self, vehicle: Vehicle, now_s: float) -> None:
-        """Note that no light keeps a vehicle now."""
+        """Note that a vehicle no longer waits for green."""
         since_s, over = self._refused.pop(vehicle, (now_s, None))
         if now_s - since_s > self._longest[0]:
             self._longest = now_s - since_s, over
 
     def _letter(self, trip: Trip) -> str:
-        """Return what the light on a trip shows; nothing if there is none."""
+        """Return the letter of the light on a trip, or "" without a light."""
         signal = trip.over.signal
         if signal is None:
             return ""
@@ -192,7 +195,7 @@ class Lights:
 
 
 def _may_close(trip: Trip, now_s: float) -> bool:
-    """Return whether a light may not be open in the next step."""
+    """Return whether a light may be closed in the next step."""
     signal = trip.over.signal
     if signal is None:
         return False
@@ -201,7 +204,7 @@ def _may_close(trip: Trip, now_s: float) -> bool:
 
 
 def _stops(vehicle: Vehicle, signal: Signal, light_m: float, now_s: float, step_s: float) -> bool:
-    """Return whether a vehicle whose light has closed can still stop, and may be late if it does not."""
+    """Return whether a vehicle at a closed light can still stop, and might pass it on red otherwise."""
     left_m = light_m - vehicle.front_m
     if left_m < braking_m(vehicle.speed, vehicle.make.decel, step_s):
         return False

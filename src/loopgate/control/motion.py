@@ -1,4 +1,4 @@
-"""How far and how long vehicles drive: braking, gaining speed, or behind a vehicle that stands."""
+"""How far and how long vehicles drive: braking distance, safe speed and driving time."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from math import floor, inf, log, sqrt
 from typing import Final
 
 STANDING_MPS: Final = 0.1
-"""A slower vehicle stands, as with SUMO's waiting time [m/s]."""
+"""A vehicle slower than this stands, as in SUMO's waiting time [m/s]."""
 
 
 def braking_m(speed: float, decel: float, step_s: float) -> float:
-    """Return SUMO's braking distance from `speed` [m]: one step at each speed on the way down to zero."""
+    """Return SUMO's braking distance from `speed` [m]: one step at each lower speed, down to zero."""
     loss = decel * step_s
     steps = float(int(speed / loss))
     return step_s * (steps * speed - loss * steps * (steps + 1.0) / 2.0)
 
 
 def safe_speed(room_m: float, decel: float, step_s: float) -> float:
-    """Return the highest speed of the next step from which a vehicle can still stop in some metres [m/s].
+    """Return the highest speed in the next step from which a vehicle can stop within `room_m` [m/s].
 
-    It drives a step at that speed, and then `braking_m`.
+    It drives one step at that speed, and then brakes over `braking_m`.
     """
     loss = decel * step_s
     steps = float(floor((sqrt(1.0 + 8.0 * room_m / (step_s * loss)) - 1.0) / 2.0))
@@ -27,7 +27,7 @@ def safe_speed(room_m: float, decel: float, step_s: float) -> float:
 
 
 def time_s(distance_m: float, speed: float, accel: float, top: float) -> float:
-    """Return the time to drive a distance, gaining speed up to a top speed [s]."""
+    """Return the time to drive a distance while accelerating from `speed` to `top` [s]."""
     if distance_m <= 0.0:
         return 0.0
     speed = min(speed, top)
@@ -38,10 +38,11 @@ def time_s(distance_m: float, speed: float, accel: float, top: float) -> float:
 
 
 def braking_time_s(distance_m: float, room_m: float, top: float, decel: float) -> float:
-    """Return the time to drive a distance, at most, behind a standing vehicle `room_m` ahead [s].
+    """Return the longest time to drive a distance behind a vehicle that stands `room_m` ahead [s].
 
-    SUMO's drivers have a second to react: at ``g`` before where they must stop they drive no faster than
-    ``v`` with ``g = v + v^2 / 2b``. So the time from ``v`` down to ``w`` is ``ln(v / w) + (v - w) / b``.
+    SUMO's drivers take a second to react: at distance ``g`` from where they must stop, they drive at most at
+    ``v`` with ``g = v + v^2 / 2b``. So slowing down from ``v`` to ``w`` takes ``ln(v / w) + (v - w) / b``.
+    The result is 0 if no vehicle stands ahead (infinite `room_m`).
     """
     if room_m == inf:
         return 0.0

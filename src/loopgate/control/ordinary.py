@@ -1,16 +1,17 @@
-"""The rule about ordinary traffic: whether a vehicle that no gate rules is in the way.
+"""The rule `traffic`: it refuses a vehicle while ordinary vehicles are in its way or leave it no space.
 
-The rule refuses a vehicle while an ordinary one
+The rule refuses a vehicle while an ordinary vehicle
 
-- stands or drives before it on its own lane;
-- is, with some part, on a lane inside the junction that crosses or joins its way;
-- comes over the junction where nothing keeps the two apart, too late to pass before it and too soon to let it
-  pass (`loopgate.simulation.around.crossing_ways` finds these approaches);
-- takes the last room of the next place, or is about to drive into it;
-- could not find room in a circle of places that the vehicle would come into (`loopgate.control.slack`).
+- stands or drives ahead of it on its lane;
+- is, with some part, on a lane inside the junction that crosses or joins its path;
+- comes over the junction where nothing keeps the two apart, too late to pass before the vehicle and too soon
+  to let it pass (`loopgate.simulation.around.crossing_ways` finds these approaches);
+- takes the last space in the next place, or is about to drive into it;
+- would find no space in a circle of places that the vehicle wants to enter (`loopgate.control.slack`).
 
-The rule looks at ordinary vehicles anew in each step, for each request. To an ordinary vehicle that comes
-later the vehicle gives way before the junction (`loopgate.control.courtesy`), and by SUMO's right of way.
+The rule looks at ordinary vehicles anew in each step, for each request. A granted vehicle gives way to an
+ordinary vehicle that comes later: before the junction (`loopgate.control.courtesy`), and by SUMO's right of
+way.
 """
 
 from __future__ import annotations
@@ -26,25 +27,27 @@ from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.control.slack import Slack, fit
 
 _SETS_OUT_S: Final = 5.0
-"""A vehicle that stands in the queue at a line for longer, and may set out, waits for something else [s]."""
+"""A vehicle that has stood longer than this at its stop line, though it may drive, waits for something else
+[s]."""
 
 _PASSED_S: Final = 2.0
-"""Time in which an ordinary vehicle with the right of way is over the junction once it is there [s]."""
+"""An ordinary vehicle with the right of way passes the junction within this time of getting there [s]."""
 
 _APART_S: Final = 1.0
-"""Time to spare between a gated vehicle leaving and one with the right of way getting there [s]."""
+"""A gated vehicle is past at least this long before a vehicle with the right of way gets there [s]."""
 
 _AT_LINE_M: Final = 30.0
-"""So far before a junction a vehicle may stand that is the first at its line [m], or in the queue behind."""
+"""A vehicle that stands within this distance of a junction is at its stop line or in the queue behind it [m].
+"""
 
 _REACTS_S: Final = 1.0
-"""SUMO's drivers brake so late [s]."""
+"""Reaction time of SUMO's drivers before they brake [s]."""
 
 
 def traffic(sight: Sight, slack: Slack) -> Rule:
-    """Return the rule that refuses a vehicle while an ordinary vehicle is in its way, or leaves it no room.
+    """Return the rule that refuses a vehicle while ordinary vehicles are in its way or leave no space.
 
-    `slack`: knows the room on the roads between places.
+    `slack`: finds the moves that would leave too little space in a circle of places.
     """
 
     def gives_way(vehicle: Vehicle, now_s: float) -> Refusal | None:
@@ -62,7 +65,7 @@ def traffic(sight: Sight, slack: Slack) -> Rule:
 
 
 def is_too_full(vehicle: Vehicle) -> bool:
-    """Return whether ordinary vehicles take the room in the place that a vehicle wants next."""
+    """Return whether ordinary vehicles leave no space in the place that a vehicle wants next."""
     after = vehicle.leg.after
     if after is None or after.stretch is None:
         return False
@@ -71,7 +74,7 @@ def is_too_full(vehicle: Vehicle) -> bool:
 
 
 def _meets(vehicle: Vehicle, now_s: float) -> bool:
-    """Return whether somebody is before the vehicle on its lane, across its way, or comes there."""
+    """Return whether an ordinary vehicle is ahead of a vehicle, on its crossing, or comes to it."""
     here = vehicle.leg.stretch
     if here is None:
         return False
@@ -94,7 +97,7 @@ def _meets(vehicle: Vehicle, now_s: float) -> bool:
 
 
 def comes(vehicle: Vehicle, lookout: Lookout, left_m: float, now_s: float) -> bool:
-    """Return whether somebody would get in the way of a vehicle that is so far before a movement."""
+    """Return whether an ordinary vehicle would meet a vehicle that is `left_m` before a movement."""
     there_s = over_s = -1.0
     for approach in lookout.approaches:
         if not approach.turn.coming or not approach.is_open(now_s):
@@ -115,7 +118,7 @@ def comes(vehicle: Vehicle, lookout: Lookout, left_m: float, now_s: float) -> bo
 
 
 def is_late(lookout: Lookout, now_s: float) -> bool:
-    """Return whether somebody comes to a movement who cannot stop any more."""
+    """Return whether an ordinary vehicle comes to a movement and cannot stop any more."""
     for approach in lookout.approaches:
         if not approach.turn.coming or not approach.is_open(now_s):
             continue
@@ -131,18 +134,18 @@ def is_late(lookout: Lookout, now_s: float) -> bool:
 
 
 def _may_set_out(coming: Coming) -> bool:
-    """Return whether one that stands is near the line of the junction: else it may wait for anything."""
+    """Return whether a vehicle that stands is near the junction; farther off it may wait for anything."""
     return coming.first and coming.to_m - coming.other.position_m <= _AT_LINE_M
 
 
 def _first_s(coming: Coming, before_m: float) -> float:
-    """Return when a vehicle is there at the earliest, from now on [s]."""
+    """Return after which time an ordinary vehicle is at the turn at the earliest [s]."""
     other = coming.other
     return time_s(before_m, other.speed, other.accel, max(other.speed, coming.limit))
 
 
 def _sets_out(other: Other, now_s: float) -> bool:
-    """Return whether one that stands at its line, and may drive, is about to set out."""
+    """Return whether a vehicle that stands at its stop line, and may drive, is about to set out."""
     if now_s - other.seen_s > _SETS_OUT_S:
         other.stood_s = now_s
     other.seen_s = now_s
@@ -155,11 +158,11 @@ def _reaches_s(vehicle: Vehicle, lookout: Lookout, left_m: float) -> float:
 
 
 def _is_over_s(vehicle: Vehicle, lookout: Lookout, left_m: float) -> float:
-    """Return after which time a vehicle has passed a movement, with some to spare [s]."""
+    """Return after which time a vehicle is past a movement, with time to spare [s]."""
     make, wait_m = vehicle.make, lookout.wait_m
     top = min(make.top, lookout.speed)
     over_s = time_s(left_m + wait_m, vehicle.speed, make.accel, top) + _APART_S
-    going = 0.0  # a vehicle that may have to wait sets out from there
+    going = 0.0  # the speed behind the point where it may have to wait
     if wait_m == 0.0:
         going = min(top, sqrt(vehicle.speed * vehicle.speed + 2.0 * make.accel * max(0.0, left_m)))
     return over_s + time_s(lookout.length_m - wait_m + make.length_m, going, make.accel, top)

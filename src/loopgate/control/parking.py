@@ -1,9 +1,8 @@
-"""Vehicles that park beside the road: they give up their slots, and come back when they have one again.
+"""Parks vehicles beside the road without their slots, and returns them when they have slots again.
 
-A vehicle comes back when its stop is over, its place has a slot that the rules let it have, and there is room
-among ordinary vehicles. It then stands in the line of its place, in the order of the road. SUMO decides when
-it drives off into a gap. Under other gates than the certified one with the chain rule, vehicles keep their
-slots.
+A vehicle returns when its stop is over, the rules let it have a slot of its place, and ordinary vehicles
+leave space. It then stands in the line of its place, in the order on the road. SUMO decides when it drives
+off into a gap. Under a gate other than the chain rule, parked vehicles keep their slots.
 """
 
 from __future__ import annotations
@@ -20,35 +19,37 @@ from loopgate.control.places import Body, Place, Vehicle
 from loopgate.control.rules import chain
 from loopgate.traffic.base import Traffic
 
-# Words of `loopgate.results.columns.Event`.
+# Values of `loopgate.results.columns.Event`.
 PARK: Final = "park"
 RETURN: Final = "return"
 
 _SOON_STEPS: Final = 3
-"""SUMO puts a vehicle back on the road a step before its stop ends: before that it can be told to stay."""
+"""A parked vehicle is looked at in this many last steps of its stop.
+
+SUMO puts it back on the road one step before the stop ends; until then it can be told to stay."""
 
 _GO_STEPS: Final = 2
-"""With so many left it is on the road in the next step, if there is a gap."""
+"""With so many steps of its stop left, a vehicle is on the road in the next step, if there is a gap."""
 
 _LONGER_STEPS: Final = 5
-"""For so many steps more it is told to stay."""
+"""A vehicle that must stay parked is told to stay for so many steps more."""
 
 _GAP_M: Final = 2.5
 _REACTION_S: Final = 1.0
-"""Gap that drivers keep when they stand [m], and time in which they react [s]: SUMO's defaults."""
+"""Gap between standing vehicles [m], and reaction time of drivers [s]: SUMO's defaults."""
 
 _ROUNDING_M: Final = 0.5
 
 _SAME_M: Final = 0.5
-"""Vehicles that are ahead of one another by less than this stand beside each other [m]."""
+"""Vehicles whose fronts are nearer to each other than this stand side by side [m]."""
 
 _PATIENCE_S: Final = 20.0
-"""A vehicle that has waited so long for its way back keeps others out of its place for as long, now and
-then [s]."""
+"""A vehicle that cannot return alternates: it waits this long, then keeps other vehicles out of its place
+this long [s]."""
 
 
 def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Let a vehicle be where it is in the line of its place: others may have passed it."""
+    """Put a vehicle where it belongs in the line of its place: other vehicles may have passed it."""
     place = vehicle.leg.place
     before, others = place.line, [other for other in place.line if other is not vehicle]
     place.line = line = _in_order([*others, vehicle])
@@ -61,7 +62,7 @@ def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
 
 
 def put_in_order(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Let a vehicle that has just come be where it is among those in its place: it is last there."""
+    """Put a vehicle that has just come where it belongs in its place; so far it is the last there."""
     bodies = vehicle.leg.place.bodies
     if len(bodies) > 1:
         body = bodies.pop()
@@ -70,7 +71,7 @@ def put_in_order(ledger: Ledger, vehicle: Vehicle) -> None:
 
 
 def _rank(vehicle: Vehicle) -> int:
-    """Return how many of those that hold slots of its place are ahead of a vehicle that holds none there."""
+    """Return how many vehicles with slots of a vehicle's place are ahead of it; it holds none there."""
     left_m = _left_m(vehicle)
     ahead = 0
     for one in vehicle.leg.place.bodies:
@@ -79,7 +80,7 @@ def _rank(vehicle: Vehicle) -> int:
 
 
 def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
-    """Put the lines of all places in the order on the road; return how many were not in it."""
+    """Put the lines of places in the order on the road; return how many lines were not."""
     mended = 0
     for place in places:
         line = place.line
@@ -90,7 +91,10 @@ def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
 
 
 def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Give a vehicle that has stepped aside a slot where it stands; `beside` says when it is there."""
+    """Give a vehicle that has stepped aside a slot of its place again.
+
+    `Vehicle.beside` holds until the vehicle is on the road.
+    """
     leg, place = vehicle.leg, vehicle.leg.place
     begin_m = vehicle.line_m - leg.end_m + leg.begin_m
     ledger.take_slot(Body(vehicle, place, begin_m, vehicle.line_m + vehicle.make.length_m), _rank(vehicle))
@@ -99,7 +103,7 @@ def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
 
 
 def has_slot_for(vehicle: Vehicle) -> bool:
-    """Return whether a vehicle that has stepped aside may have a slot again: the chain rule's answer."""
+    """Return whether the chain rule lets a vehicle that has stepped aside have a slot again."""
     place = vehicle.leg.place
     free = place.slots - len(place.bodies)
     if free <= 0 or place.shut or place.mover is not None or (free == 1 and place.kept_for is not None):
@@ -108,27 +112,27 @@ def has_slot_for(vehicle: Vehicle) -> bool:
 
 
 def _in_order(line: list[Vehicle]) -> list[Vehicle]:
-    """Return vehicles whose last grant is one place in the order in which they are there."""
+    """Return the vehicles of a line in the order on the road."""
     return sorted(line, key=_left_m)
 
 
 def _left_m(vehicle: Vehicle) -> float:
-    """Return how far a vehicle is from the end of its place [m]; from its rear for one beside the road.
+    """Return the distance of a vehicle from the end of its place [m], of its rear if it is beside the road.
 
-    One that stands next to it cannot let it in, and so goes first.
+    A vehicle next to a parked vehicle cannot let it in, and so goes first.
     """
     return vehicle.left_m() + (vehicle.make.length_m if vehicle.beside else 0.0)
 
 
 class Parking:
-    """Vehicles that park give up their slots, and stay parked until they have a slot again.
+    """Takes the slots of vehicles that park, and keeps the vehicles parked until they have slots again.
 
     Parameters
     ----------
     has_room
-        Whether there is room for a vehicle in its place, ordinary vehicles considered.
+        Returns whether ordinary vehicles leave space for a vehicle in its place.
     rows
-        Takes the events.
+        Gets the events.
     """
 
     def __init__(
@@ -139,15 +143,15 @@ class Parking:
         self._coming: set[Vehicle] = set()
         """The vehicles that have a slot again and are not on the road yet."""
         self._braked: dict[Vehicle, int] = {}
-        """Vehicles that stand still until they are on the road and held, or granted a leg after this one."""
+        """Vehicles at speed 0 until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[Vehicle, float] = {}
-        """Since when those wait whose stops are over [s]."""
+        """Since when each vehicle whose stop is over waits to return [s]."""
         self.late_s = self.latest_s = 0.0
-        """For how long vehicles stood parked beyond their stops, in all and at most [s]."""
+        """How long vehicles stood parked beyond their stops [s]: in all, and at most."""
 
     def begin(self, vehicle: Vehicle, why: str = "") -> bool:
-        """Take the slot of a vehicle that has just parked; return whether it gave it up."""
-        # Another gate knows of no vehicle that is in no place.
+        """Take the slot of a vehicle that has just parked; return whether it gave the slot up."""
+        # Another gate needs each vehicle to be in a place.
         if chain not in self._ledger.rules or not self._ledger.step_aside(vehicle):
             return False
         self._beside[vehicle] = None
@@ -155,7 +159,7 @@ class Parking:
         return True
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._braked.pop(vehicle, None)
         self._set_back(vehicle)
 
@@ -165,7 +169,7 @@ class Parking:
         self._since_s.pop(vehicle, None)
 
     def look(self) -> None:
-        """Return vehicles to the road if possible, and keep the others parked."""
+        """Return vehicles to the road where possible, and keep the others parked."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         self._let_go()
         for vehicle in list(self._beside):
@@ -183,7 +187,7 @@ class Parking:
                 self._braked[vehicle] = vehicle.granted
                 self._traffic.keep_to(vehicle.name, 0.0)
             if goes and left_s > _GO_STEPS * step_s:
-                continue  # not before its time
+                continue  # its stop is not over
             self._traffic.stay(vehicle.name, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
             since_s = self._since_s.setdefault(vehicle, now_s)
             self.late_s += step_s if now_s > since_s else 0.0
@@ -201,7 +205,7 @@ class Parking:
         self._ledger.consider(vehicle)
 
     def _may_go(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle may drive onto the road in the next step; see to its slot."""
+        """Return whether a vehicle may drive onto the road in the next step; it gets a free slot first."""
         room = self._has_room(vehicle)
         if vehicle in self._coming:
             line_up(self._ledger, vehicle)
@@ -211,14 +215,14 @@ class Parking:
         return room and vehicle in self._coming and self._is_clear(vehicle, vehicle.leg.place)
 
     def _let_go(self) -> None:
-        """Let vehicles drive that are on the road again, and held at their line or granted more."""
+        """Let vehicles drive that are on the road again and held at their stop line, or granted more."""
         for vehicle, leg in list(self._braked.items()):
             if not vehicle.beside and (vehicle.held or vehicle.granted != leg):
                 del self._braked[vehicle]
                 self._traffic.keep_to(vehicle.name, None)
 
     def _starts_over_its_line(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle beside the road would pass the end of its place before it is held."""
+        """Return whether a vehicle that returns would pass its stop line before it can be held."""
         if vehicle.leg.after is None:
             return False  # its way ends there
         make, step_s = vehicle.make, self._traffic.step_s
@@ -226,7 +230,7 @@ class Parking:
         return vehicle.left_m() < speed * step_s + braking_m(speed, make.decel, step_s) + _ROUNDING_M
 
     def _is_clear(self, vehicle: Vehicle, place: Place) -> bool:
-        """Return whether all behind can brake for it: SUMO lets it in before others at speed."""
+        """Return whether all vehicles behind can brake for a vehicle that returns; SUMO does not ask."""
         step_s = self._traffic.step_s
         for body in place.bodies:
             other = body.vehicle
@@ -234,14 +238,14 @@ class Parking:
             gap_m = their_left_m - vehicle.left_m() - vehicle.make.length_m
             if other.beside:
                 continue
-            if gap_m < -vehicle.make.length_m:  # ahead: they may have parked side by side
+            if gap_m < -vehicle.make.length_m:  # it is ahead; the two may have parked side by side
                 if gap_m > -vehicle.make.length_m - other.make.length_m - _GAP_M:
                     return False
                 continue
             fast = min(other.make.top, other.speed + other.make.accel * step_s)
             decel = other.make.decel
             if gap_m >= 0.0 and other.speed <= STANDING_MPS and other.stops_here():
-                continue  # as at a car park that is full: it does not start before this one has gone
+                continue  # as at a full car park: it does not start before the vehicle that returns has gone
             if gap_m < _GAP_M + fast * (step_s + _REACTION_S) + braking_m(fast, decel, step_s):
                 return False
         return True

@@ -1,4 +1,4 @@
-"""Refusals: what a rule says, and what lifts it."""
+"""Refusals: why a rule lets a vehicle not go on, and what makes the ledger ask again."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from typing import Final
 from loopgate.control.places import Place, Vehicle
 
 CHAIN: Final = "chain"
-"""The chain rule, as a stage that decides."""
+"""The chain rule as the name of a stage of the gate."""
 
 
 class Refusal:
-    """Why a vehicle waits, and what wakes it: it is asked about again then.
+    """Why a vehicle waits, and when the ledger asks the rules about it again.
 
-    `until`: a vehicle leaves one of these places, or its line. `passed`: that vehicle's front is at
-    `passed_m`. `at_s`: that time comes. One that names nothing, or that something `outside` may lift too,
-    is asked about again in `each_step`. `stage`: which stage of the gate decided, if it was the gate.
+    `until`: when a vehicle leaves one of these places. `passed`, `passed_m`: when the front of this vehicle
+    is at this arc length [m]. `at_s`: at this time [s]. `each_step`: in each step, because none of these is
+    given, or because something `outside` may end the refusal too. `stage`: the stage of the gate that
+    refused, if the gate did.
     """
 
     __slots__ = ("at_s", "each_step", "passed", "passed_m", "reason", "stage", "until")

@@ -1,4 +1,4 @@
-"""Roads with ordinary traffic on them, and what of it vehicles under the gate look out for."""
+"""Roads, ordinary vehicles on them, and what a gated vehicle checks before it drives over a junction."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import Final
 from loopgate.control.lamps import OPEN, Lamp
 
 BEYOND_M: Final = 0.3
-"""How far past the end of a place vehicles may stand that are in it [m]."""
+"""A vehicle may stand this far beyond the end of its place [m]."""
 
 
 class Edge:
-    """A road: length of its longest lane [m], limit on its fastest [m/s].
+    """An edge of the network.
 
-    `coming`: the ordinary vehicles that have it among the next edges on their routes.
+    `length_m`: length of its longest lane [m]. `limit`: speed limit of its fastest lane [m/s]. `coming`: the
+    ordinary vehicles that have the edge among the next edges of their routes.
     """
 
     __slots__ = ("coming", "length_m", "limit")
@@ -26,9 +27,9 @@ class Edge:
 
 
 class Turn:
-    """The way from an edge to another over a junction, and how long that is [m].
+    """The way from one edge over a junction to another edge.
 
-    `coming`: the ordinary vehicles that may come there soon.
+    `through_m`: its length [m]. `coming`: the ordinary vehicles that may be there soon.
     """
 
     __slots__ = ("coming", "through_m")
@@ -39,10 +40,12 @@ class Turn:
 
 
 class Lane:
-    """A lane, `inside` a junction or not: length [m], limit [m/s], its edge.
+    """A lane of an edge, or a lane `inside` a junction.
 
-    `ahead`: the lane to which it leads by edge; `behind`: from which it comes, by edge, or from any.
-    `fronts`: the ordinary vehicles with their fronts on it. `rears`: those whose fronts have left it.
+    `length_m`: its length [m]. `limit`: its speed limit [m/s]. `ahead`: the lane that follows, by the edge
+    that it leads to. `behind`: the lane before, by the edge that it comes from; by None if that is the same
+    for every edge. `fronts`: the ordinary vehicles with their fronts on it. `rears`: the rears on it of
+    vehicles whose fronts have left it.
     """
 
     __slots__ = ("ahead", "behind", "edge", "fronts", "inside", "length_m", "limit", "name", "rears")
@@ -59,7 +62,7 @@ class Lane:
         self.rears: list[Rear] = []
 
     def is_used(self, past_m: float) -> bool:
-        """Return whether a front is on it, or some part before `past_m` of a vehicle that has left it."""
+        """Return whether an ordinary vehicle's front is on the lane, or its rear before `past_m` [m]."""
         if self.fronts:
             return True
         for rear in self.rears:  # noqa: SIM110  a generator costs five times this
@@ -68,17 +71,18 @@ class Lane:
         return False
 
     def from_edge(self, edge: Edge | None) -> Lane | None:
-        """Return the lane from which vehicles of an edge come, or of any if it is inside a junction."""
+        """Return the lane before this one on the way from an edge, if there is one."""
         return self.behind.get(None) or self.behind.get(edge)
 
 
 class Other:
-    """An ordinary vehicle: where its front is, how fast it is [m/s], where its route leads.
+    """An ordinary vehicle: its lane, its position there [m], its speed [m/s] and its route.
 
-    `at`: which edge of its route it is on or has just left. `on`: the lane for which that is known.
-    `until_s`: when its route is looked at again. `haste`: at how many times the limits it drives. `parks`:
-    whether it stands beside the road, or is on none. `stood_s`, `seen_s`: since when it stands at a line
-    though it may drive, and when it was seen so last. `entries`: where it is listed as coming.
+    `at`: index on its route of the edge that it is on or has just left. `on`: the lane for which `at` is
+    known. `until_s`: when its route is read again [s]. `haste`: its speed as a multiple of the limits.
+    `parks`: whether it stands beside the road, or is on no lane. `stood_s`: since when it stands at a stop
+    line though it may drive [s]. `seen_s`: when it was last seen so [s]. `entries`: its entries among the
+    vehicles that come to turns.
     """
 
     __slots__ = (
@@ -109,7 +113,7 @@ class Other:
 
 
 class Rear:
-    """Where the rear of a vehicle is on a lane that its front has left [m]."""
+    """The rear of an ordinary vehicle at `rear_m` on a lane that its front has left [m]."""
 
     __slots__ = ("other", "rear_m")
 
@@ -119,9 +123,10 @@ class Rear:
 
 
 class Coming:
-    """A vehicle on its way to a turn, which begins `to_m` behind the beginning of its lane.
+    """An ordinary vehicle that drives towards a turn.
 
-    `limit`: that of the edge before the turn. `first`: whether that is the edge on which the vehicle is.
+    `to_m`: position of the turn, from the beginning of the vehicle's lane [m]. `limit`: speed limit of the
+    edge before the turn [m/s]. `first`: whether the vehicle is on that edge.
     """
 
     __slots__ = ("first", "limit", "other", "to_m", "turn")
@@ -135,10 +140,10 @@ class Coming:
 
 
 class Stretch:
-    """Where a leg's place lies: from where to where on a lane [m].
+    """The part of a lane where the place of a leg lies, from `begin_m` to `end_m` [m].
 
-    `into`: lanes inside the junction before it from which others drive into it. `between`: lanes between the
-    junctions of the crossing behind it. `is_away`: whether it is where vehicles go that arrive.
+    `into`: lanes inside the junction before it from which vehicles drive into the place. `between`: lanes
+    between the junctions of the crossing that follows. `is_away`: whether vehicles arrive there.
     """
 
     __slots__ = ("begin_m", "between", "end_m", "into", "is_away", "lane")
@@ -161,14 +166,15 @@ class Stretch:
         self.is_away: Final = is_away
 
     def holds(self, other: Other) -> bool:
-        """Return whether a vehicle on its lane is in it."""
+        """Return whether a vehicle on the lane is in the place."""
         return self.begin_m <= other.position_m <= self.end_m + BEYOND_M
 
 
 class Across:
-    """A lane across a movement.
+    """A lane inside a junction that crosses or joins a movement.
 
-    `past_m`: from where on a rear there is past it [m]. `unseen`: whether SUMO does not see who is there.
+    `past_m`: a rear beyond this position is out of the way [m]. `unseen`: whether SUMO overlooks a vehicle on
+    the lane and would drive on.
     """
 
     __slots__ = ("lane", "past_m", "unseen")
@@ -180,7 +186,7 @@ class Across:
 
 
 class Approach:
-    """A turn across a movement, and the light before it with the number of its link, if it has one."""
+    """A turn that crosses or joins a movement, and its light: `lamp`, and index `link` of its letter."""
 
     __slots__ = ("lamp", "link", "turn")
 
@@ -190,7 +196,7 @@ class Approach:
         self.link: Final = link
 
     def is_open(self, now_s: float) -> bool:
-        """Return whether vehicles may drive there now, as far as lights go."""
+        """Return whether the light lets vehicles drive there now; without a light, it does."""
         lamp = self.lamp
         if lamp is None:
             return True
@@ -199,13 +205,14 @@ class Approach:
 
 
 class Lookout:
-    """What a vehicle looks out for on a movement behind the line of its place.
+    """What a vehicle checks about ordinary traffic before it drives over a movement.
 
-    `from_m`: how far behind the line that begins. `length_m`, `speed`: its length, and the lowest limit on it
-    [m/s]. `wait_m`: how much of it lies before where the vehicle may have to wait inside; 0 for nowhere.
-    `waits_in_way`: whether it would touch those there for whom it waits. `across`: lanes inside the junction
-    on which nobody may be. `approaches`: turns to which nobody may be about to come.
-    `loopgate.simulation.around.crossing_ways` says why. `first`: whether it is the first behind the line.
+    `from_m`: distance of the movement from the stop line before it [m]. `length_m`: its length [m]. `speed`:
+    the lowest speed limit on it [m/s]. `wait_m`: how far into it a vehicle may have to wait [m]; 0 for
+    nowhere. `waits_in_way`: whether a vehicle that waits there would touch the vehicles for which it waits.
+    `across`: lanes inside the junction on which no ordinary vehicle may be. `approaches`: turns to which no
+    ordinary vehicle may be coming; `loopgate.simulation.around.crossing_ways` finds them. `first`: whether it
+    is the first movement behind the stop line.
     """
 
     __slots__ = (
@@ -234,21 +241,21 @@ class Lookout:
         self.first: Final = first
 
     def is_used(self) -> bool:
-        """Return whether anybody inside the junction is in the way."""
+        """Return whether an ordinary vehicle inside the junction is in the way."""
         for one in self.across:  # noqa: SIM110  as above
             if one.lane.is_used(one.past_m):
                 return True
         return False
 
     def is_used_unseen(self) -> bool:
-        """Return whether anybody is in the way whom SUMO does not see."""
+        """Return whether an ordinary vehicle is in the way that SUMO overlooks."""
         for one in self.across:  # noqa: SIM110  as above
             if one.unseen and one.lane.is_used(one.past_m):
                 return True
         return False
 
     def is_quiet(self) -> bool:
-        """Return whether nobody is in the way, and nobody comes on any turn across."""
+        """Return whether no ordinary vehicle is in the way, and none comes to a turn that crosses."""
         for approach in self.approaches:
             if approach.turn.coming:
                 return False

@@ -1,6 +1,6 @@
-"""Where ordinary vehicles are, and where they come: on which lanes, with front and rear, to which turns.
+"""Reads where ordinary vehicles are after each step: lane, front and rear, and the turns they come to.
 
-A vehicle is listed anew when it comes to another lane. When it gets to a turn is reckoned where a rule asks.
+A vehicle is listed anew when it comes to another lane. The rules compute when it gets to a turn.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from loopgate.control.roads import Coming, Edge, Lane, Other, Rear, Turn
 from loopgate.traffic.base import Traffic
 
 HORIZON_S: Final = 20.0
-"""Nobody looks farther ahead [s]: by then a vehicle that sets out now is over any junction."""
+"""The rules look no farther ahead [s]: a vehicle that sets out now is over any junction by then."""
 
 AHEAD: Final = 5
-"""A vehicle is about to come to an edge that is among so many of the next on its route."""
+"""An ordinary vehicle is about to come to an edge that is among so many next edges of its route."""
 
 _AGAIN_S: Final = 5.0
-"""So long a route is taken to be as it was [s]: SUMO may lead vehicles another way."""
+"""A route is read again after this time, since SUMO may reroute vehicles [s]."""
 
 
 class Map:
-    """The roads by name: lanes, edges, and turns by the edges before and behind them.
+    """The roads by name: lanes, edges, and turns by the edges before and after them.
 
-    `nowhere`: what stands for all edges that are no roads, as connectors: nobody looks beyond these.
+    `nowhere`: stands for every edge that is no road, such as a connector; nothing beyond it is looked at.
     """
 
     def __init__(
@@ -39,15 +39,15 @@ class Map:
 
 
 class Sight:
-    """The ordinary vehicles as they are after a step: all that are on the road and not under the gate."""
+    """All ordinary vehicles on the road, as they were after the last step."""
 
     def __init__(self, roads: Map, traffic: Traffic) -> None:
         self.roads: Final = roads
         self._traffic: Final = traffic
         self.others: dict[str, Other] = {}
-        """Those that are there, by name."""
+        """The ordinary vehicles on the road, by name."""
         self.met = 0
-        """How many have been seen so far."""
+        """Number of ordinary vehicles seen so far."""
         self._everybody: Sequence[str] = ()
         self._gated = -1
         self._in_order: list[Other] = []
@@ -56,9 +56,9 @@ class Sight:
         """Lanes with rears on them."""
 
     def look(self, gated: Container[str], changes: int) -> None:
-        """See where they are now.
+        """Read where the ordinary vehicles are now.
 
-        `gated`: who is under the gate, by name. `changes`: how often that has changed so far.
+        `gated`: the names of the gated vehicles. `changes`: how often these have changed so far.
         """
         traffic = self._traffic
         everybody = traffic.vehicles()
@@ -73,7 +73,7 @@ class Sight:
             self._move(here.lanes, here.positions_m.tolist(), here.speeds_mps.tolist(), traffic.now_s)
 
     def _find(self, names: list[str]) -> None:
-        """Take note of who has come, and who is gone."""
+        """Add the ordinary vehicles that have come, and drop the ones that are gone."""
         for name in self.others.keys() - set(names):
             other = self.others.pop(name)
             self._leave_lane(other)
@@ -90,7 +90,7 @@ class Sight:
     def _move(
         self, lanes: Sequence[str], positions_m: list[float], speeds: list[float], now_s: float
     ) -> None:
-        """Write down where they are."""
+        """Set lane, position and speed of each ordinary vehicle."""
         for number, other in enumerate(self._in_order):
             lane_name = lanes[number]
             other.position_m = positions_m[number]
@@ -106,7 +106,7 @@ class Sight:
                 self._list_rears(other)
 
     def _place(self, other: Other, lane_name: str) -> None:
-        """Put a vehicle on its lane, unless it is on none or stands beside it."""
+        """Put a vehicle on its lane, unless it is on no lane or stands beside one."""
         other.lane_name = lane_name
         lane = self.roads.lanes.get(lane_name)
         parks = lane is None or (other.speed <= STANDING_MPS and self._traffic.parks(other.name))
@@ -124,7 +124,7 @@ class Sight:
             other.lane.fronts.remove(other)
 
     def _follow(self, other: Other, now_s: float) -> None:
-        """Take note of how far a vehicle is on its route, and read that if it leads elsewhere."""
+        """Find how far a vehicle is on its route; read the route again if it has changed."""
         lane = other.lane
         if lane is None:
             return
@@ -156,7 +156,7 @@ class Sight:
         other.on = lane if there else None
 
     def _list_ways(self, other: Other, lane: Lane) -> None:
-        """List a vehicle at the turns that it may come to from its lane, and at the next edges."""
+        """List a vehicle at the turns that it may come to from its lane, and at its next edges."""
         _forget_ways(other)
         edges, turns, at = other.edges, other.turns, other.at
         for edge in edges[at + 1 : at + 1 + AHEAD]:
@@ -184,7 +184,7 @@ class Sight:
             to_m += edges[at].length_m
 
     def _list_rears(self, other: Other) -> None:
-        """List where the rear of a vehicle is, on the lanes that its front has left."""
+        """List the rear of a vehicle on the lanes that its front has left."""
         lane, at, left_m = other.lane, other.at, other.length_m - other.position_m
         edges = other.edges
         while lane is not None and left_m > 0.0 and edges:

@@ -1,9 +1,10 @@
-"""Room in circles of places, each of whose first wants the next, for ordinary vehicles, which do not ask.
+"""Keeps slots free for ordinary vehicles in circles of places, since these vehicles do not ask.
 
-The chain rule leaves a slot free in each circle, so that the circle can turn. An ordinary vehicle takes that
-slot without asking. So ordinary vehicles count as vehicles in places. A vehicle that would come into a circle
-leaves one slot more, and another for each ordinary vehicle that is about to come there. Vehicles within a
-circle may go on, so one of them can. A mover (`loopgate.control.keeping`) need leave only the one slot.
+In such a circle, the first vehicle of each place wants the next place. The chain rule leaves one slot free,
+so that the circle can turn. An ordinary vehicle takes that slot without asking. So ordinary vehicles count as
+vehicles in places. A vehicle that wants to enter a circle must leave one slot more, and one for each ordinary
+vehicle that is about to enter. A vehicle within the circle may always go on, so one of them can. A mover
+(`loopgate.control.keeping`) must leave one slot only.
 """
 
 from __future__ import annotations
@@ -18,21 +19,22 @@ from loopgate.control.roads import Edge, Lane, Other, Stretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5
-"""One slot in so many of a place is for ordinary vehicles, one at least where there are three."""
+"""One in so many slots of a place is kept for ordinary vehicles, at least one if the place has three."""
 
 _GAP_M: Final = 2.5
-"""Room that a vehicle keeps free before it when it stands: SUMO's default [m]."""
+"""Gap that a standing vehicle keeps to the vehicle ahead: SUMO's default [m]."""
 
 
 _CLEAR_M: Final = 40.0
-"""So far behind a vehicle that drives onto its lane from beside it no ordinary vehicle may be [m]."""
+"""A parked vehicle returns only if no ordinary vehicle is this near behind it [m]."""
 
 
 def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
-    """Return how many more vehicles of a length fit into a place beside ordinary ones and vehicles `there`.
+    """Return how many more vehicles of a length fit into a place beside the vehicles in it.
 
-    That is infinite where there is no ordinary vehicle: then it is for the other rules to say. Slots are as
-    long as the longest vehicle needs; where there are ordinary ones, each takes what it is long.
+    The vehicles in it are `there`, and the ordinary vehicles in the place or on the way into it. Each takes
+    its length and a gap. The result is infinite if there is no ordinary vehicle: then the rules about slots
+    decide.
     """
     taken_m, count = 0.0, 0
     for other in stretch.lane.fronts:
@@ -52,7 +54,7 @@ def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
 
 
 class Slack:
-    """Says where the move of a vehicle would leave too little room for ordinary vehicles."""
+    """Finds moves of vehicles that would leave too little space for ordinary vehicles."""
 
     def __init__(self) -> None:
         self._on: dict[Lane, Place] = {}
@@ -60,7 +62,7 @@ class Slack:
         self._stretches: dict[Place, Stretch] = {}
 
     def know(self, path: Iterable[Leg]) -> None:
-        """Take note of where places lie."""
+        """Store where the places of a path lie on the road."""
         for leg in path:
             stretch = leg.stretch
             if stretch is None or leg.place in self._stretches:
@@ -71,7 +73,7 @@ class Slack:
                 self._on[stretch.lane] = leg.place
 
     def too_tight(self, vehicle: Vehicle) -> list[Place]:
-        """Return the places in which the move into the next leg leaves too little room, if there are such."""
+        """Return the places in which a vehicle's next move leaves too few slots; none if it leaves enough."""
         leg = vehicle.leg.after
         if leg is None:
             return []
@@ -80,7 +82,7 @@ class Slack:
         )
 
     def has_room(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle has room that comes back from beside the road, in place and circle."""
+        """Return whether ordinary traffic leaves space for a parked vehicle to return, also in its circle."""
         stretch, line_m = vehicle.leg.stretch, vehicle.line_m
         if stretch is None:
             return True
@@ -94,9 +96,12 @@ class Slack:
         return not self._too_tight(vehicle, vehicle.leg, None, line_m)
 
     def _too_tight(self, vehicle: Vehicle, leg: Leg, here: Place | None, line_m: float) -> list[Place]:
-        """Return the same of the move from `here` into a leg that ends at `line_m` of its way."""
+        """Return the places in which a move from `here` into `leg` leaves too few slots.
+
+        `line_m`: arc length at which `leg` ends [m].
+        """
         if leg.stretch is None or leg.stretch.is_away:
-            return []  # a vehicle that arrives leaves room
+            return []  # a vehicle that arrives takes no slot
         entered = leg.place
         moves_first = vehicle.mover
         circle: dict[Place, None] = {}
@@ -144,7 +149,7 @@ class Slack:
         return None
 
     def _coming(self, circle: Iterable[Place]) -> int:
-        """Return how many ordinary vehicles are about to come into the circle from elsewhere."""
+        """Return how many ordinary vehicles outside a circle are about to enter it."""
         inside: set[Other] = set()
         edges: dict[Edge, None] = {}
         for place in circle:
@@ -157,7 +162,7 @@ class Slack:
 
 
 def _first_in(stretch: Stretch) -> Other | None:
-    """Return the first of the ordinary vehicles that stand or drive in a place."""
+    """Return the ordinary vehicle that is farthest ahead in a place."""
     first: Other | None = None
     for other in stretch.lane.fronts:
         if stretch.holds(other) and (first is None or other.position_m > first.position_m):
@@ -166,12 +171,12 @@ def _first_in(stretch: Stretch) -> Other | None:
 
 
 def _is_before(other: Other | None, vehicle: Vehicle, end_m: float, stretch: Stretch) -> bool:
-    """Return whether an ordinary vehicle is before a gated one, whose place ends at `end_m` of its way."""
+    """Return whether an ordinary vehicle is ahead of a gated vehicle whose place ends at `end_m`."""
     return other is not None and end_m - vehicle.front_m > stretch.end_m - other.position_m
 
 
 def _stands_behind(leg: Leg) -> Other | None:
-    """Return an ordinary vehicle that stands on the crossing behind a leg."""
+    """Return an ordinary vehicle that stands on the crossing after a leg, if there is one."""
     if leg.stretch is not None:
         for lane in leg.stretch.between:
             other = _standing_on(lane)

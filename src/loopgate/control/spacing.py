@@ -1,9 +1,9 @@
-"""Even spacing of the vehicles on each loop: by holding them at gates, or by advice on their speeds.
+"""Spaces the vehicles of each loop evenly: holds them at gates, or advises speeds.
 
-Without it vehicles bunch behind slow ones, and streets wait long for a bunch. Each vehicle is delayed while
-it is ahead of the middle between its neighbours on its loop; so spacing evens out without a timetable
-(Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus bunching", Transp. Res. B 46, 2012).
-How far a vehicle is ahead is computed where a rule asks.
+Without spacing, vehicles bunch behind slow ones, and streets wait long for the bunch. A vehicle is delayed
+while it is ahead of the middle between its two neighbours on the loop; so the spacing evens out without a
+timetable (Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus bunching", Transp. Res. B
+46, 2012). A rule that asks computes how far the vehicle is ahead.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
 
 _HOLD_S: Final = 48.0
-"""For how long a vehicle is held that is ahead by the even spacing [s].
+"""Hold time of a vehicle that is ahead by one even spacing [s].
 
-Where one driver is slow the others stay as far ahead as the delays of a lap take: longer holds keep them
-nearer to even, but cost kilometres."""
+Where one driver is slow, the other vehicles stay ahead by the delays of a lap. Longer holds bring them nearer
+to even spacing, but cost kilometres."""
 
 _EVERY_S: Final = 5.0
 _SLOWEST: Final = 0.8
 FASTEST: Final = 1.1
-"""Shares of the speed limit."""
+"""Slowest and fastest advice, as shares of the speed limit."""
 
 _LEAST_CHANGE: Final = 0.005
 
 
 class Ring:
-    """The vehicles on a loop.
+    """The vehicles of one loop.
 
-    `ends_m`, `ends_s`: arc lengths along it [m], ascending from 0 to its length, and the times there at the
-    speeds allowed [s].
+    `ends_m`: arc lengths along the loop, ascending from 0 to its length [m]. `ends_s`: the times to get there
+    at the speed limits [s].
     """
 
     def __init__(self, ends_m: Sequence[float], ends_s: Sequence[float]) -> None:
@@ -44,9 +44,9 @@ class Ring:
         self.vehicles: dict[Vehicle, None] = {}
 
     def lead(self, vehicle: Vehicle) -> float:
-        """Return how far a vehicle is ahead of the middle between its neighbours.
+        """Return how far a vehicle is ahead of the middle between its neighbours, in even spacings.
 
-        In units of even spacing: 0 in the middle, 1 where the one ahead is two spacings nearer than the one
+        It is 0 in the middle, and 1 where the vehicle ahead is two even spacings nearer than the vehicle
         behind.
         """
         lap_s, here_s = self._lap_s, self._at_s(vehicle)
@@ -58,7 +58,7 @@ class Ring:
         return (behind_s - ahead_s) * len(self.vehicles) / (2.0 * lap_s)
 
     def _at_s(self, vehicle: Vehicle) -> float:
-        """Return where a vehicle is, as time from the beginning of the loop [s]."""
+        """Return the time from the beginning of the loop to a vehicle's position [s]."""
         ends_m, ends_s = self._ends_m, self._ends_s
         at_m = vehicle.front_m % ends_m[-1]
         k = min(bisect_right(ends_m, at_m), len(ends_m) - 1)
@@ -67,14 +67,14 @@ class Ring:
 
 
 class Spacing:
-    """Spaces vehicles on loops.
+    """Holds or advises vehicles that are ahead on their loop.
 
     Parameters
     ----------
     rings
         By the name of the loop.
     advises
-        Whether vehicles are told how fast to drive; else they are held.
+        Whether vehicles get speed advice; otherwise they are held at gates.
     """
 
     def __init__(self, traffic: Traffic, rings: Mapping[str, Ring], *, advises: bool) -> None:
@@ -84,21 +84,21 @@ class Spacing:
         self._told: dict[Vehicle, float] = {}
 
     def take_in(self, vehicle: Vehicle, loop: str) -> None:
-        """Take note of a vehicle that has come."""
+        """Add a vehicle that has come."""
         ring = self._rings.get(loop)
         if ring is not None:
             self._on[vehicle] = ring
             ring.vehicles[vehicle] = None
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         ring = self._on.pop(vehicle, None)
         if ring is not None:
             del ring.vehicles[vehicle]
         self._told.pop(vehicle, None)
 
     def holds(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
-        """Refuse, for a while, to let a vehicle go on that is ahead, and behind which none waits."""
+        """Refuse a vehicle for a while if it is ahead on its loop and no vehicle waits behind it."""
         ring = self._on.get(vehicle)
         if ring is None or self._advises or len(vehicle.leg.place.line) > 1:
             return None
@@ -113,7 +113,7 @@ class Spacing:
         return ring is not None and ring.lead(vehicle) < 0.0
 
     def look(self) -> None:
-        """Give advice if it is time; to be called after each step."""
+        """Give speed advice every 5 s; call it after each step."""
         if not self._advises or self._traffic.now_s < self._next_s:
             return
         self._next_s = self._traffic.now_s + _EVERY_S

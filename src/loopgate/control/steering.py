@@ -1,17 +1,17 @@
-"""Keeps vehicles to the lanes of their loops where the simulator has a choice, and lets them change lanes.
+"""Keeps vehicles on the lanes of their loops, and makes them change lanes where their loop does.
 
-A steered vehicle (`Vehicle.steered`) has guides before it: points where it can wait at a stop that SUMO
-knows. It asks for no place meanwhile.
+A steered vehicle (`Vehicle.steered`) has guides ahead of it: points where it can wait at a stop that SUMO
+knows. It makes no request meanwhile.
 
-A vehicle changes lanes on a stretch made for that, when its rear has left the place before. If no gap opens,
-it stands at the guide until one does. The exclusion of crossings leaves only vehicles on that stretch that
-make the same change or stay on the first lane. The vehicle has a slot beyond, so the vehicles in its way move
-up. It asks for the change only when no vehicle before it is still to make the same change, and when the
-vehicle in the slot ahead of its own is ahead of it as a whole. Otherwise it could overtake a vehicle that
-waits for a gap, and the line on the road would differ from the line in the ledger.
+A vehicle changes lanes on a change stretch, once its rear has left the place before. If no gap opens, it
+stands at the guide until one does. Since crossings exclude each other, the other vehicles on the stretch make
+the same change or stay on the first lane. The vehicle holds a slot beyond the stretch, so the vehicles in its
+way move up. It asks SUMO for the change only when no vehicle ahead of it has yet to make the same change, and
+when the vehicle in the slot ahead of its own is ahead of it in full length. Otherwise it could overtake a
+vehicle that waits for a gap, and the line on the road would differ from the line in the ledger.
 
-A vehicle that SUMO has taken to another lane than its loop's is led back in the same way. It holds a slot
-beside it. If no gap opens for a minute, it is put there.
+A stray, which SUMO has taken to a lane outside its loop, is led back in the same way. It keeps its slot
+beside that lane. If no gap opens for a minute, it is put on its lane.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from loopgate.traffic.base import Traffic
 
 _AT_GUIDE_M: Final = 1.0
 _LOOK_EVERY_S: Final = 10.0
-"""How often those that stand are asked for their lane [s]."""
+"""Vehicles that stand are checked for strays in this interval [s]."""
 
 _LONG_S: Final = 60.0
-"""After this long beside the lane of its loop a vehicle is put there, if there is room [s]."""
+"""A stray is put on the lane of its loop after this time, if there is space [s]."""
 
 
 class _Way:
-    """The guides before a vehicle, and where the place before them ended [m].
+    """The guides ahead of a vehicle, counted from `from_m`, the end of the place before them [m].
 
-    `astray_s`: since when it is led back to the lane of its loop; infinity if it is not. `still`: whether it
+    `astray_s`: since when the vehicle is led back to its lane [s]; infinite if it is not. `still`: whether it
     stands at a guide and waits for a gap.
     """
 
@@ -54,28 +54,31 @@ class _Way:
         self.still = False
 
     def past_m(self) -> float:
-        """Return how far the front is behind where the first guide is to be looked at [m]."""
+        """Return how far the front is beyond the point where the first guide becomes active [m]."""
         return self.vehicle.front_m - self.from_m - self.guides[0].from_m
 
     def is_due(self) -> bool:
-        """Return whether the vehicle has come so far; to change lanes, as a whole."""
+        """Return whether the first guide is active.
+
+        A vehicle that changes lanes must be past that point in full length.
+        """
         return self.past_m() >= (0.0 if self.guides[0].to_lane is None else self.vehicle.make.length_m)
 
 
 class Steering:
-    """Sets the stops by which vehicles keep to their lanes, and drops them in time."""
+    """Sets the stops that keep vehicles on their lanes, and removes them in time."""
 
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:
         self._traffic, self._rows = traffic, rows
         self._ways: dict[Vehicle, _Way] = {}
         self._look_s = 0.0
         self.strays = 0
-        """Vehicles that were on another lane than their loop's."""
+        """Number of vehicles that were on a lane outside their loop."""
 
     def begin(self, vehicle: Vehicle, guides: Sequence[Guide], from_m: float) -> None:
-        """Set the first guide behind a place that ends at `from_m`, if there is any."""
+        """Set the first of the guides after a place that ends at `from_m`; there may be none."""
         way = self._ways.get(vehicle)
-        if way is not None:  # it was granted while it was led back
+        if way is not None:  # the vehicle got a grant while it was led back
             way.from_m = from_m
             way.guides.extend(guides)
         elif guides:
@@ -84,23 +87,23 @@ class Steering:
             self._set(way)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._ways.pop(vehicle, None)
 
     def leads_back(self, vehicle: Vehicle) -> bool:
-        """Return whether the vehicle is on its way back to the lane of its loop."""
+        """Return whether a vehicle is on its way back to the lane of its loop."""
         way = self._ways.get(vehicle)
         return way is not None and way.astray_s < inf
 
     def renew(self, vehicle: Vehicle, edge: str) -> None:
-        """Set a stop again that lies on the edge where the simulator has just renewed the route."""
+        """Set the vehicle's stop again if it lies on the edge where SUMO has just renewed the route."""
         way = self._ways.get(vehicle)
         if way is not None and way.guides[0].edge == edge and not way.still:
             self._traffic.release(vehicle.name)
             self._set(way)
 
     def lead_back(self, vehicle: Vehicle, line: LanePosition) -> None:
-        """Lead a vehicle back to the lane of a line on the edge that it is on."""
+        """Lead a vehicle back to the lane of a stop line on its edge."""
         way = self._ways.setdefault(vehicle, _Way(vehicle, vehicle.front_m))
         if way.astray_s < inf:
             return
@@ -117,7 +120,7 @@ class Steering:
             self._traffic.brake(vehicle.name)
 
     def step(self) -> list[Vehicle]:
-        """Move the steered vehicles on; return those that need it no longer."""
+        """Move the steered vehicles on; return the vehicles whose steering has ended."""
         done: list[Vehicle] = []
         for vehicle, way in list(self._ways.items()):
             if way.is_due() and self._reached(way):
@@ -129,7 +132,7 @@ class Steering:
         return done
 
     def look_for_strays(self, diaries: Sequence[Diary]) -> None:
-        """Lead back who stands beside the lane of its loop, from where its way may not go on."""
+        """Lead back each vehicle that stands on a wrong lane of its place, where its path may not go on."""
         if self._traffic.now_s < self._look_s:
             return
         self._look_s = self._traffic.now_s + _LOOK_EVERY_S
@@ -145,12 +148,12 @@ class Steering:
                 self.lead_back(vehicle, line)
 
     def _reached(self, way: _Way) -> bool:
-        """Return whether the first guide has done its work; else let the vehicle change lanes if it may."""
+        """Return whether the first guide is done with; else let the vehicle change lanes if it may."""
         vehicle, guide = way.vehicle, way.guides[0]
         if guide.to_lane is not None:
             return self._has_changed(way, guide.edge, guide.to_lane)
         edge, _, on = self._traffic.lane(vehicle.name)[0].rpartition("_")
-        if edge != guide.edge:  # not yet, or past it in a single step
+        if edge != guide.edge:  # the vehicle is not there yet, or has passed it in one step
             return way.past_m() > guide.position_m
         if int(on) != guide.lane:
             way.guides.popleft()
@@ -159,10 +162,10 @@ class Steering:
         return True
 
     def _has_changed(self, way: _Way, edge: str, lane: int) -> bool:
-        """Return whether the vehicle is on the lane that it is to change to; else ask for it."""
+        """Return whether a vehicle is on the lane that it must change to; else ask SUMO for the change."""
         vehicle, astray, name = way.vehicle, way.astray_s < inf, way.vehicle.name
         if astray and self._traffic.lane(name)[0].rpartition("_")[0] != edge:
-            return True  # its way went on from where it was
+            return True  # its path went on from the wrong lane too
         if self._traffic.lane_index(name) == lane:
             return True
         at_guide = self._traffic.lane(name)[1] > way.guides[0].position_m - _AT_GUIDE_M
@@ -189,12 +192,12 @@ class Steering:
 
     def _set(self, way: _Way) -> None:
         guide = way.guides[0]
-        with suppress(TrafficError):  # too late for that: the lane it gets to is looked at all the same
+        with suppress(TrafficError):  # too late to stop there; `_reached` still checks the lane
             self._traffic.hold(way.vehicle.name, guide.edge, guide.lane, guide.position_m)
 
 
 def _is_next(way: _Way, ways: Iterable[_Way]) -> bool:
-    """Return whether nobody is before a vehicle that is to change lanes first, nor beside it."""
+    """Return whether a vehicle may change lanes now: no vehicle before it must, and none is beside it."""
     vehicle, guide, past_m = way.vehicle, way.guides[0], way.past_m()
     change = guide.edge, guide.lane, guide.to_lane
     for other in ways:

@@ -1,7 +1,7 @@
-"""Stops in every round of a loop; SUMO gets them one round ahead.
+"""Makes the stops of vehicles in every round of a loop; SUMO gets each stop one round ahead.
 
-SUMO knows all stops of the next round, so that persons find a line to where they want to go. Where a loop
-passes a road several times, SUMO gets a stop there only after the last pass before the stop.
+SUMO knows all stops of the next round, so that persons find a line to their destination. Where a loop passes
+a road several times, SUMO gets a stop there only after the last pass before the stop.
 """
 
 from __future__ import annotations
@@ -20,20 +20,20 @@ from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
 
-# Words of `loopgate.results.columns.Event`.
+# Values of `loopgate.results.columns.Event`.
 STOP: Final = "stop"
 SERVED: Final = "served"
 MISSED: Final = "missed"
 
 _PAST_M: Final = 0.5
-"""So far past a place a vehicle has to be before SUMO is told that it stops there again [m]."""
+"""SUMO gets a stop again when the vehicle is this far past its last pass of the spot [m]."""
 
 _MISSED_M: Final = 10.0
-"""So far past a stop that it has not made a vehicle has missed it [m]."""
+"""A vehicle has missed a stop when it is this far past it [m]."""
 
 
 class _Ahead:
-    """A stop that comes: where [m], which of the vehicle's it is, and in which of its rounds."""
+    """A stop to come: at arc length `at_m`, with its number among the vehicle's stops, and its round."""
 
     def __init__(self, at_m: float, number: int, round_: int) -> None:
         self.at_m: Final = at_m
@@ -42,11 +42,11 @@ class _Ahead:
 
 
 class _Way:
-    """The stops of a vehicle in the order of its loop.
+    """The stops of one vehicle, in the order of its loop.
 
-    `since_m`: for each, how far before it the vehicle passes the same place before [m]. `ahead`: the stops of
-    the next round, nearest first. `told`: of how many of them SUMO knows. `since_s`: since when it is at a
-    stop [s]; infinite if it is at none. `again`: whether it drives round.
+    `since_m`: for each stop, how far before it the vehicle passes the same spot for the last time [m].
+    `ahead`: the stops of the next round, nearest first. `told`: how many of them SUMO knows. `since_s`: since
+    when the vehicle is at a stop [s]; infinite if it is not. `again`: whether it drives a loop.
     """
 
     def __init__(
@@ -69,16 +69,16 @@ class _Way:
 
 
 class Stops:
-    """Sets the stops of vehicles, and tells the ledger where the next ones are.
+    """Gives SUMO the stops of vehicles, and tells the ledger where the next ones are.
 
     Parameters
     ----------
     stops
         By vehicle, in the order of its loop.
     parking
-        Looks after those that park.
+        Handles vehicles that park.
     rows
-        Takes the events.
+        Gets the events.
     """
 
     def __init__(
@@ -94,9 +94,9 @@ class Stops:
         self._ways: dict[str, _Way] = {}
         self._untold: dict[str, None] = {}
         self.served = self.missed = 0
-        """How many stops have been made and missed."""
+        """How many stops were made, and how many were missed."""
         self.made: dict[str, tuple[int, float]] = {}
-        """By vehicle how many stops it has made, and for how long it stood at them [s]."""
+        """For each vehicle, how many stops it has made, and how long it stood at them [s]."""
 
     def __bool__(self) -> bool:
         return bool(self._stops)
@@ -106,7 +106,8 @@ class Stops:
     ) -> None:
         """Set the stops of a vehicle that has come.
 
-        `edges`: where each edge of its loop begins [m], and its name. `again`: whether it drives round.
+        `edges`: where each edge of its loop begins [m], and its name. `renewed_on`: the edge on which its
+        route is renewed. `again`: whether it drives a loop.
         """
         stops, lap_m = self._stops.get(vehicle.name), vehicle.lap_m
         if not stops:
@@ -130,13 +131,13 @@ class Stops:
         self._tell(way)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._ways.pop(vehicle.name, None)
         self._untold.pop(vehicle.name, None)
         self._parking.forget(vehicle)
 
     def renewed(self, vehicle: Vehicle) -> None:
-        """Set the next stop anew if it is on the edge where the route is renewed: else it is put off."""
+        """Set the next stop again if SUMO renewed the route on its edge; else SUMO puts the stop off."""
         way = self._ways.get(vehicle.name)
         if way is None or not way.told:
             return
@@ -145,12 +146,12 @@ class Stops:
         if stop.edge != way.renewed_on or way.since_s < inf:
             return
         stop = stop.in_round(coming.round)
-        with suppress(TrafficError):  # then it is put off, and noted as missed
+        with suppress(TrafficError):  # SUMO puts the stop off, and it counts as missed
             self._traffic.drop_stop(vehicle.name, stop)
             self._traffic.set_stop(vehicle.name, stop)
 
     def look(self) -> None:
-        """Take note of the stops that began and ended in the last step, and of the vehicles that park."""
+        """Record the stops that began or ended in the last step; then look after vehicles that park."""
         if self._ways:
             self._look_at_stops()
         self._parking.look()
@@ -176,13 +177,13 @@ class Stops:
                 self._pass_by(way)
 
     def made_now(self) -> Iterator[tuple[str, Stop]]:
-        """Yield the vehicles that stand at a stop, each with that stop."""
+        """Yield each vehicle that stands at a stop, with the stop."""
         for name, way in self._ways.items():
             if way.since_s < inf:
                 yield name, way.stops[way.ahead[0].number]
 
     def _tell(self, way: _Way) -> None:
-        """Tell SUMO of the next stops of which it can be told, and the ledger of the first."""
+        """Give SUMO the next stops that it can take now; tell the ledger where the first of them is."""
         vehicle = way.vehicle
         while way.told < len(way.ahead):
             coming = way.ahead[way.told]
@@ -204,7 +205,7 @@ class Stops:
         self._show(way)
 
     def _show(self, way: _Way) -> None:
-        """Tell the ledger where the next stop is; there may be none for one that drives once."""
+        """Tell the ledger where the vehicle's next stop is; a vehicle that drives once may have none left."""
         way.vehicle.stop_m = way.ahead[0].at_m if way.ahead else inf
         way.vehicle.parks = False
 
@@ -218,7 +219,7 @@ class Stops:
         self._note(way, SERVED, way.stops[done.number])
         self._put_off(way, done)
         self._tell(way)
-        if way.vehicle.asks:  # as of now: before, it did not wait for anybody
+        if way.vehicle.asks:  # its wait begins now: until now it waited for no vehicle
             self._ledger.withdraw(way.vehicle)
             self._ledger.consider(way.vehicle)
 
@@ -226,7 +227,7 @@ class Stops:
         gone = way.ahead.pop(0)
         self._miss(way, gone.number)
         if way.again:
-            self._put_off(way, gone)  # SUMO has put it off to the next time that the vehicle comes there
+            self._put_off(way, gone)  # SUMO has put it off until the vehicle comes there again
             self._show(way)
         else:
             way.told -= 1
@@ -234,7 +235,7 @@ class Stops:
 
     @staticmethod
     def _put_off(way: _Way, done: _Ahead) -> None:
-        """Let a stop be made in the next round, if there is one."""
+        """Put a stop off to the next round, if there is one."""
         if way.again:
             way.ahead.append(_Ahead(done.at_m + way.vehicle.lap_m, done.number, done.round + 1))
 

@@ -1,4 +1,4 @@
-"""Stops that vehicles have left behind: SUMO keeps them all, and grows slow over them."""
+"""Makes SUMO forget the stops that vehicles have made: SUMO keeps all of them, and gets slower."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ from loopgate.control.way import Way
 from loopgate.traffic.base import Traffic
 
 _MOST: Final = 10
-"""A vehicle leaves so many stops behind before SUMO is made to forget them."""
+"""SUMO is made to forget the stops of a vehicle after this many."""
 
 
 class UsedStops:
-    """Lets SUMO forget stops: on one edge those made on all others, on the next those made on that."""
+    """Makes SUMO forget stops: on one edge those made on other edges, on the next edge the rest."""
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self._made: dict[Vehicle, int] = {}
         self._done: dict[Vehicle, int] = {}
-        """On how many edges the stops of a vehicle have been forgotten."""
+        """On how many of the two edges SUMO has forgotten stops of a vehicle."""
 
     def made(self, vehicle: Vehicle, way: Way) -> None:
-        """Note that a vehicle has come to rest at a stop."""
+        """Count a stop of a vehicle; SUMO makes a stop wherever a vehicle is held."""
         if way.rounds:
             self._made[vehicle] = self._made.get(vehicle, 0) + 1
 
     def renewed(self, vehicle: Vehicle) -> None:
-        """Note that the route of a vehicle has been renewed: only now may it be changed."""
+        """Note that SUMO has renewed a vehicle's route: only from now on may the route be changed."""
         if self._made.get(vehicle, 0) > _MOST:
             self._done.setdefault(vehicle, 0)
 
     def look(self, diaries: Sequence[Diary]) -> None:
-        """Let stops be forgotten where that can be now."""
+        """Make SUMO forget stops of the vehicles for which it can do so now."""
         for vehicle, done in list(self._done.items()):
             if vehicle.held or vehicle.steered:
-                continue  # its stop ahead would be forgotten too
+                continue  # SUMO would forget the stop ahead too
             rounds = diaries[vehicle.row].way.rounds
             edge, route, alone = rounds[done]
             if not self._traffic.forget_stops(vehicle.name, edge, route, alone):
@@ -47,10 +47,10 @@ class UsedStops:
                 self.forget(vehicle)
 
     def turned_off(self, vehicle: Vehicle) -> None:
-        """Note that a vehicle drives on by another route: the stops are forgotten in a later round."""
+        """Note that a vehicle changes to another route: its stops are forgotten in a later round."""
         self._done.pop(vehicle, None)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Count the stops of a vehicle anew, or no longer."""
+        """Set the count of a vehicle's stops to zero, or drop a vehicle that has left."""
         self._made.pop(vehicle, None)
         self._done.pop(vehicle, None)

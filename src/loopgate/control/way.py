@@ -1,4 +1,4 @@
-"""The way of a vehicle, as it comes to the ledger."""
+"""The path of a vehicle, as it is handed to the ledger."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from loopgate.abstraction.itinerary import Leg as Drawn
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """A vehicle's loop: its name, its length [m], its top speed [m/s], its legs, and where its edges begin.
+    """A vehicle and its path.
 
-    `position` and `front_m`: the leg in which the vehicle starts, and where its front is. `renewed_on`: the
-    edge on which its route is renewed; `renews`: by which route, unless the simulator does so by itself.
-    `rounds`: that edge and the next, each with the route that begins there, and the route of that edge alone.
+    `loop`: name of the loop or trip. `lap_m`: its length [m]. `top`: top speed of the vehicle [m/s]. `legs`:
+    as the abstraction drew them. `edges`: where each edge begins [m], and its name. `position`: the leg in
+    which the vehicle starts. `front_m`: arc length of its front there [m]. `renewed_on`: the edge on which
+    its route is renewed; `renews`: the route that renews it, or "" if SUMO does so by itself. `keeps_lane`:
+    whether SUMO must not change its lane. `foreseen`: whether the time at which it clears a crossing can be
+    predicted. `rounds`: that edge and the next, each with the route that begins there, and the route of that
+    edge alone.
     """
 
     vehicle: str
