@@ -1,1 +1,1 @@
-"""The simulation: vehicles on roads, the gate in the loop, deadlocks recognised."""
+"""Runs scenarios in SUMO: places the vehicles, drives them under a gate, and writes the results."""

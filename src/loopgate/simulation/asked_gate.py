@@ -1,4 +1,4 @@
-"""A gate other than the chain rule as a rule of the ledger, and a negotiation as its order."""
+"""Lets a gate other than the chain rule decide in the ledger, and a negotiation set the order."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ _REASK_S: Final = 1.0 - 1e-6
 
 
 class AskedGate:
-    """A gate that is asked about every move that no other rule refuses.
+    """A gate that decides about each move that no other rule refuses.
 
     Parameters
     ----------
     system, gate
-        The vehicles as robots with their positions, and the gate made for the system. By default `go_by`
-        is called with both before the gate is asked.
+            The vehicles as robots with their positions, and the gate made for the system. If they are not
+        given, `go_by` must be called with both before the gate is asked.
 
     Attributes
     ----------
     decides
-        Whether the gate is asked now, and not the chain rule by itself.
+        Whether the gate decides now; otherwise the chain rule does.
     times
         How long decisions of the gate took, by stage [us].
     messages
-        How many messages between robots these decisions cost.
+        Number of messages between robots for these decisions.
     """
 
     def __init__(self, system: System | None = None, gate: Gate | None = None) -> None:
@@ -53,12 +53,12 @@ class AskedGate:
         self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.look: Callable[[], None] = lambda: None
-        """Called before the gate is asked: where vehicles have come or gone, `go_by` comes first."""
+        """Called before the gate is asked; may call `go_by` if vehicles have come or gone."""
         if system is not None and gate is not None:
             self.go_by(system, gate)
 
     def go_by(self, system: System, gate: Gate) -> None:
-        """Ask another gate from now on, made for the vehicles as they are."""
+        """Use another gate from now on, made for the vehicles as they are."""
         self.decides = True
         self._system, self._asked = system, careful(gate, system)
         self._following = following(self._asked)
@@ -66,10 +66,10 @@ class AskedGate:
         self._number = {str(robot.id): number for number, robot in enumerate(system.robots)}
         self._decisions: dict[Vehicle, Decision] = {}
         self._since_move: set[Vehicle] = set()
-        """Those asked about since the last move: nothing else changes an answer."""
+        """The vehicles asked about since the last move: only a move changes an answer."""
 
     def allows(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
-        """Refuse what the gate refuses: the last of all rules."""
+        """Refuse what the gate refuses; this is the last of the ledger's rules."""
         self.look()
         if vehicle not in self._since_move:
             self._ask(vehicle)
@@ -81,7 +81,7 @@ class AskedGate:
         )
 
     def stage_of(self, vehicle: Vehicle) -> str:
-        """Return which stage of the gate decided about a vehicle last."""
+        """Return the stage of the gate that last decided about a vehicle."""
         return self._decisions[vehicle].stage
 
     def _ask(self, vehicle: Vehicle) -> None:
@@ -96,7 +96,7 @@ class AskedGate:
         self._since_move.add(vehicle)
 
     def moved(self, vehicle: Vehicle) -> None:
-        """Tell the gate of a grant."""
+        """Tell the gate that a vehicle got a grant."""
         self._since_move.clear()
         robot = self._number[vehicle.name]
         if self._following is not None:
@@ -106,33 +106,33 @@ class AskedGate:
             self._asked.moved(self._configuration, robot)
 
     def would_admit(self, vehicle: Vehicle) -> bool:
-        """Return whether the gate admits a vehicle's next move now, for figures: it is not counted."""
+        """Return whether the gate would admit a vehicle's next move now, without counting the decision."""
         robot = self._number[vehicle.name]
         if self._following is not None:
             return self._following.decide_here(robot).admitted
         return self._asked.decide(self._configuration, robot).admitted
 
     def blockers(self, vehicle: Vehicle) -> list[str]:
-        """Return the vehicles of which the gate says that some must move on first."""
+        """Return the vehicles of which some must move first, as the gate says."""
         self.look()
         robots, decision = self._system.robots, self._decisions.get(vehicle)
-        if self._following is not None:  # by now others may be in its way, or none
+        if self._following is not None:  # the vehicles in its way may have changed since
             decision = self._following.decide_here(self._number[vehicle.name])
         return [str(robots[other].id) for other in decision.blockers] if decision else []
 
 
 class Negotiated:
-    """Lets a negotiation decide in which order a ledger grants."""
+    """Puts the vehicles of a ledger in the order that a negotiation sets."""
 
     def __init__(self, system: System | None, negotiation: Negotiation) -> None:
         self._negotiation = careful_order(negotiation)
         self.places: Mapping[str, Place] = {}
-        """All places, by name; those of vehicles that have asked are known."""
+        """All places, by name."""
         if system is not None:
             self.go_by(system)
 
     def go_by(self, system: System) -> None:
-        """Know vehicles and places by their numbers in a system."""
+        """Use the numbers of vehicles and places in a system."""
         self._robot = {str(robot.id): number for number, robot in enumerate(system.robots)}
         self._state = {str(name): number for number, name in enumerate(system.states)}
         self._names = list(self._state)
@@ -156,7 +156,7 @@ class Negotiated:
         return self._known[state] if state in self._known else self.places[self._names[state]]
 
     def order(self, vehicles: list[Vehicle], now_s: float) -> list[Vehicle]:
-        """Return vehicles in the order in which they go; those that must move next come before all others."""
+        """Return the vehicles in the order of grants: movers first, then as the negotiation says."""
         movers = [vehicle for vehicle in vehicles if vehicle.mover]
         ready: dict[Request, Vehicle] = {}
         for vehicle in vehicles:
@@ -179,27 +179,27 @@ class Negotiated:
 
 
 def by_chain(gate: Gate) -> bool:
-    """Return whether the chain rule alone decides; what is derived from that gate decides as it likes."""
+    """Return whether the chain rule alone decides for a gate; gates derived from it may decide otherwise."""
     return type(gate) is CertifiedGate and gate.by_chain_alone
 
 
 class Deciding:
-    """What decides about moves that no other rule refuses, and in which order vehicles are asked about.
+    """The gate and the negotiation of a ledger.
 
     Parameters
     ----------
     system, gate, negotiation
-        The vehicles at the start, the gate made for it, and what puts requests in order; no system and no
-        gate where vehicles only join later, as `go_by` says.
+            The vehicles at the start, the gate made for them, and the negotiation. System and gate are None
+        where all vehicles join later; `go_by` then sets them.
     serve_after_s
-        The age from which on requests are served where everyone is promised to go on; 0 for never [s].
+        Age from which requests are served, where the gate promises that everyone can go on; 0 for never [s].
 
     Attributes
     ----------
     asked
-        The gate, if it is or may become another than the chain rule.
+        The gate; None if it is the chain rule and stays so.
     pressing
-        How much room is left in crowded places, if that follows from who drives round.
+        The pressure order, if its share of crowded places follows from the number of vehicles on loops.
     """
 
     def __init__(
@@ -212,7 +212,10 @@ class Deciding:
         self._negotiated: Negotiated | None = None
 
     def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
-        """Return an empty ledger that decides so, after the rules about what comes from outside."""
+        """Return an empty ledger with this gate and negotiation, and with rules about lights and traffic.
+
+        `outside`: those rules, which the ledger asks before the gate.
+        """
         negotiation = self._negotiation
         order: Order
         if type(negotiation) is Pressure:
@@ -230,7 +233,7 @@ class Deciding:
         return ledger
 
     def go_by(self, system: System, gate: Gate) -> None:
-        """Decide by another gate from now on, made for the vehicles as they are."""
+        """Use another gate from now on, made for the vehicles as they are."""
         ledger, asked, chained = self._ledger, self.asked, by_chain(gate)
         everyone = chained and getattr(gate, "promise", "") == "everyone"
         ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
@@ -245,15 +248,15 @@ class Deciding:
             self._negotiated.go_by(system)
 
     def know(self, places: Mapping[str, Place]) -> None:
-        """Take note of all places, by name."""
+        """Store all places, by name."""
         if self._negotiated is not None:
             self._negotiated.places = places
 
 
 def _by_chain(_: Vehicle) -> str:
-    """Return the stage that decides where the chain rule does."""
+    """Return the chain rule as the stage that decided."""
     return CHAIN
 
 
 def _tell_nobody(_: Vehicle) -> None:
-    """Do nothing at a grant."""
+    """Do nothing after a grant."""

@@ -1,4 +1,4 @@
-"""Hands a finished gated run to the audit."""
+"""Audits a finished gated run."""
 
 from collections.abc import Collection, Container, Mapping, Sequence
 from typing import Any
@@ -13,7 +13,7 @@ from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
 
 _ALWAYS = ("places", "capacities", "progress", "entries")
-"""Checks for which the trace of a gated run is enough."""
+"""Checks that need only the events of a gated run."""
 
 
 def audit_run(
@@ -24,10 +24,10 @@ def audit_run(
     departed: Container[str],
     turned: Collection[str] = (),
 ) -> tuple[list[str], dict[str, Any]]:
-    """Audit a run from its folder; return the findings, and the figures for the summary.
+    """Audit a run from its folder; return the findings, and figures for ``summary.json``.
 
-    Where positions were recorded, bodies and crossings are checked too. `departed` are the vehicles that were
-    not there from the beginning, `turned` those that went on by another way.
+    Where positions were recorded, bodies and crossings are checked too. `departed`: the vehicles that
+    departed during the run. `turned`: the vehicles that changed to another path.
     """
     abstraction = assembly.abstraction
     if abstraction is None:
@@ -62,7 +62,7 @@ def audit_run(
 def _turned(
     assembly: Assembly, ways: Mapping[str, Sequence[LoopLeg]], turned: Collection[str]
 ) -> list[Robot]:
-    """Return vehicles on loops that went on by other loops, each on all that it drove, as one open path."""
+    """Return each vehicle that left its loop for another, with all that it drove as one open path."""
     return [
         Robot(
             RobotId(start.vehicle),

@@ -1,1 +1,1 @@
-"""Surroundings of vehicles under the gate: lights that they obey, ordinary traffic that they give way to."""
+"""What gated vehicles meet on the road: traffic lights that they obey, and ordinary traffic."""

@@ -1,4 +1,4 @@
-"""Crossings before gated vehicles at the end of each state, where ordinary traffic could be in the way."""
+"""Finds what a vehicle must check before each crossing: lanes and approaches of ordinary traffic."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from loopgate.network.records import Connection
 __all__ = ["Approach", "CrossingWays", "Movement", "Place", "Way"]
 
 _ABREAST_M = 2.3
-"""Nearer than this vehicles beside each other touch, a bend taken into account [m]."""
+"""Vehicles touch where the middles of their paths are nearer than this, also in a bend [m]."""
 
 _CAR_M = 5.0
 
@@ -32,15 +32,7 @@ class Driven(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Approach:
-    """A movement over the junction whose vehicles do not yield to a vehicle that sets out.
-
-    Attributes
-    ----------
-    from_edge, to_edge
-        The edges before and behind the junction.
-    signal
-        Traffic light and link of the movement, or None.
-    """
+    """A way over the junction whose vehicles do not yield to a vehicle that sets out."""
 
     from_edge: str
     to_edge: str
@@ -86,7 +78,7 @@ class Movement:
     between: tuple[tuple[str, str], ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Put the roads together."""
+        """Collect the edges before and after each approach."""
         between = ((approach.from_edge, approach.to_edge) for approach in self.approaches)
         object.__setattr__(self, "between", tuple(dict.fromkeys(between)))
 
@@ -111,7 +103,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """The crossing before a vehicle at the end of a state, with the lanes that must be free.
+    """The crossing ahead of a vehicle that stands at the end of a state, and what must be free there.
 
     Attributes
     ----------
@@ -120,7 +112,7 @@ class Way:
     movements
         Movements of the crossing, in driving order.
     between
-        Lanes between the junctions of the crossing, which must be empty too when a vehicle sets out.
+        Lanes between the junctions of the crossing. They must be empty too when a vehicle sets out.
     next
         Position of the next state.
     across
@@ -135,7 +127,7 @@ class Way:
     across: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:
-        """Put the lanes together."""
+        """Collect all lanes that must be empty."""
         across = (lane for movement in self.movements for lane in movement.across)
         object.__setattr__(self, "across", frozenset((*across, *self.between)))
 
@@ -155,9 +147,9 @@ class CrossingWays:
         self._at: dict[str, list[Connection]] = {}
         self._into: dict[str, list[str]] = {}
         self._ends = {lane: _end(movement) for movement in network.connections for lane in movement.via}
-        """The lane onto which one inside a junction leads."""
+        """By lane inside a junction, the lane after the junction."""
         self._behind = {movement.to_edge: movement.junction for movement in network.connections}
-        """By edge: the junction at which it begins."""
+        """By edge, the junction at which the edge begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)
@@ -192,7 +184,7 @@ class CrossingWays:
         )
 
     def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:
-        """Yield the movements of a crossing; the vehicle is held at `line_m` on the lane before the first."""
+        """Yield the movements of a crossing whose stop line is at `line_m` on the lane before the first."""
         own = {lane for movement in crossing for lane in movement.via}
         junctions = {movement.junction for movement in crossing}
         from_m = -line_m
@@ -220,9 +212,9 @@ class CrossingWays:
     def _foes(
         self, movement: Connection, junctions: Container[str]
     ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
-        """Return the lanes of conflicting movements, the unseen lanes, and the ways to look out for.
+        """Return the lanes that must be empty for a movement, the lanes SUMO overlooks, and the approaches.
 
-        The movement is one of a crossing over `junctions`.
+        The movement belongs to a crossing over `junctions`.
         """
         lanes: dict[str, None] = {}
         unseen: dict[str, None] = {}
@@ -240,7 +232,7 @@ class CrossingWays:
         return tuple(lanes), tuple(unseen), tuple(comers)
 
     def _past(self, movement: Connection, foes: Iterable[str]) -> dict[str, float]:
-        """Return the position on each lane from which a rear leaves room for the movement."""
+        """Return for each lane the position from which a rear is out of the movement's way [m]."""
         if not movement.via:
             return {}
         near = self._line(movement.via).buffer(_ABREAST_M)
@@ -253,7 +245,7 @@ class CrossingWays:
         return past
 
     def _stands_across(self, other: Connection, junctions: Container[str]) -> bool:
-        """Return whether a car that waits before a movement stands in one of `junctions` with its rear."""
+        """Return whether a car that waits before the movement `other` has its rear in one of `junctions`."""
         lane = self._network.edges[other.from_edge].lanes[other.from_lane]
         return lane.length_m < _CAR_M and self._behind.get(other.from_edge) in junctions
 
@@ -262,9 +254,10 @@ class CrossingWays:
         return 0 <= movement.link < len(rows) and other.link in rows[movement.link]
 
     def _touches(self, movement: Connection, other: Connection) -> bool:
-        """Return whether vehicles touch on two ways though SUMO keeps them apart.
+        """Return whether vehicles on two movements may touch although SUMO drives both.
 
-        Because its right of way does not know of it, or because the other one waits inside the junction.
+        SUMO's right of way does not know the conflict, or a vehicle on `other` waits inside the junction, in
+        the way.
         """
         same = movement.from_edge, movement.from_lane
         if not (movement.via and other.via) or (other.from_edge, other.from_lane) == same:
@@ -274,7 +267,7 @@ class CrossingWays:
         return not self._yields(movement, other) and self._waits_in_way(other, movement)
 
     def _waits_in_way(self, movement: Connection, other: Connection) -> bool:
-        """Return whether a vehicle that waits inside the junction would touch vehicles on another way."""
+        """Return whether a vehicle that waits inside the junction would touch vehicles on `other`."""
         if len(movement.via) == 1 or not other.via:
             return False
         first = self._line(movement.via[:1])

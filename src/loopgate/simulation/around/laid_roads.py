@@ -1,4 +1,4 @@
-"""Roads with ordinary traffic on them as objects of the ledger (`loopgate.control.roads`)."""
+"""Makes the objects of ordinary traffic (`loopgate.control.roads`) from a network."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PROMISE = (
     "free in each circle for ordinary vehicles. If there are more ordinary vehicles, they can block gated "
     "vehicles for good. Between the two kinds only SUMO's right of way rules."
 )
-"""The promise that holds beside ordinary traffic."""
+"""The promise of the gate where there is ordinary traffic, for ``summary.json``."""
 
 
 class _Way(NamedTuple):
@@ -33,14 +33,14 @@ class _Way(NamedTuple):
 
 
 class _Behind(NamedTuple):
-    """Lanes between the junctions behind a leg, and the lookouts there, by the number of the pass."""
+    """The lanes between the junctions of a leg's crossing, and its lookouts by number of the pass."""
 
     between: list[Lane]
     lookouts: dict[int, Lookout]
 
 
 class LaidRoads:
-    """The roads of a network, the ordinary vehicles on them, and the lookouts of vehicles on their paths.
+    """The roads of a network, the ordinary vehicles on them, and what gated vehicles look out for.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class LaidRoads:
         self.slack.know(path)
 
     def has_room(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle that comes back from beside the road has room among ordinary ones."""
+        """Return whether ordinary vehicles leave space for a parked vehicle to return."""
         return not self.sight.others or self.slack.has_room(vehicle)
 
     def report(self) -> dict[str, Any]:
@@ -85,7 +85,7 @@ class LaidRoads:
         return {"others": {"vehicles": self.sight.met, "promise": PROMISE}}
 
     def _behind(self, way: _Way, position: int) -> _Behind:
-        """Return the lanes and lookouts behind a leg; legs that end before one crossing share them."""
+        """Return the lanes and lookouts after a leg; legs that end before the same crossing share them."""
         leg = way.legs[position]
         key = leg.line, tuple(crossing.id for crossing in leg.crossings)
         if key not in self._known:

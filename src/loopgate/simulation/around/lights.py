@@ -1,4 +1,4 @@
-"""Figures of obeyed lights: how often vehicles stood at them, and which lights never turn green."""
+"""Figures and warnings about obeyed lights: how often vehicles stood, and which lights stay red."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LONG_RED_S = 300.0
 
 
 def longest_closed_s(program: Program, link: int) -> float:
-    """Return the longest time without green of one link in a program [s]; 0 if it is not fixed."""
+    """Return the longest time [s] that a program shows one link no green; 0 if it is not fixed."""
     phases = program.phases
     if not phases:
         return 0.0
@@ -45,7 +45,7 @@ class ShownLights:
     def __init__(self, program: Callable[[str], Program]) -> None:
         self._program = program
         self._used: dict[tuple[str, int], str] = {}
-        """Movements on the loops by light and link."""
+        """The movements on the loops, by light and link."""
 
     def plan(self, itineraries: Iterable[Itinerary], signals: Mapping[str, tuple[str, int]]) -> None:
         """Read the paths of the vehicles, at the start or after a change; `signals` by movement."""

@@ -1,4 +1,4 @@
-"""Lights as objects of the ledger (`loopgate.control.lamps`), and the figures of those that it obeys."""
+"""Makes the lights of the ledger (`loopgate.control.lamps`) from SUMO, and reports on obeyed lights."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Lamps(dict[str, Lamp]):
         self._traffic = traffic
 
     def __missing__(self, name: str) -> Lamp:
-        """Return a light that has not been asked for before."""
+        """Make the light that is asked for the first time."""
         self[name] = lamp = Lamp(name, self._traffic)
         return lamp
 
@@ -35,7 +35,7 @@ class Lamps(dict[str, Lamp]):
 
 
 class ObeyedLights:
-    """Figures of the traffic lights that vehicles obey under the ledger."""
+    """Reports on the traffic lights that vehicles under the ledger obey."""
 
     def __init__(
         self,
@@ -52,7 +52,7 @@ class ObeyedLights:
         self._lights = lights
 
     def report(self) -> dict[str, Any]:
-        """Return figures for ``summary.json``, and warnings."""
+        """Return figures and warnings for ``summary.json``; nothing if lights are not obeyed."""
         lights = self._lights
         if not self._obeys:
             return {}
@@ -70,7 +70,7 @@ class ObeyedLights:
 
 
 def signals_in(network: RoadNetwork, lamps: Lamps) -> dict[str, Signal]:
-    """Return the traffic signals of a network for the ledger, by movement."""
+    """Return what lights show in a network, for the ledger, by movement."""
     found: dict[str, Signal] = {}
     for movement in network.connections:
         if movement.signal is not None:

@@ -1,1 +1,1 @@
-"""The gate over some vehicles of a simulation that its owner starts and steps."""
+"""Puts vehicles under a gate in a simulation that its owner starts and steps."""

@@ -1,4 +1,4 @@
-"""Puts vehicles of a simulation that its owner starts and steps under a gate."""
+"""The function `attach`: puts vehicles of a running SUMO simulation under a gate."""
 
 from typing import Any
 

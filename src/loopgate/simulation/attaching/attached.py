@@ -1,4 +1,4 @@
-"""A gate over vehicles of a simulation that its owner starts and steps."""
+"""The object that `attach` returns: a gate over vehicles of a simulation that its owner steps."""
 
 from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, suppress
@@ -29,7 +29,7 @@ from loopgate.traffic.running import RunningSumo
 _LONGER_M = 0.01
 
 _OPEN: list["Attached"] = []
-"""Those that are in use in this process."""
+"""The gates in use in this process."""
 
 
 class Attached:
@@ -70,9 +70,9 @@ class Attached:
         self._stack = ExitStack()
         self._loops: dict[tuple[tuple[str, ...], str], Loop] = {}
         self._ends: dict[str, str] = {}
-        """Where the routes ended that vehicles had."""
+        """For each vehicle, the last edge of its route before it came under the gate."""
         self._kinds: dict[str, VehicleType] = {}
-        """The types of vehicles as they were when they were added."""
+        """For each vehicle, its type when it was added."""
         self._begin_s = self._latest_s = self._traffic.now_s
         self._made: JoiningQueue | None = None
         self._final: dict[str, Any] | None = None
@@ -153,7 +153,7 @@ class Attached:
         return self._loops[key]
 
     def _new_loop(self, vehicle: str, edges: tuple[str, ...], vclass: str) -> Loop:
-        """Make a loop, and the routes by which the drive keeps vehicles on it."""
+        """Make a loop, and add the routes to SUMO that keep vehicles on it."""
         taken = self._sumo.route_names()
         numbered = (f"{vehicle}/{number}" for number in count(2))
         names = chain((self._sumo.route_name(vehicle), vehicle), numbered)
@@ -246,7 +246,7 @@ class Attached:
         self._traffic.look_at_clock()
         now = self._traffic.now_s
         if now < self._latest_s:
-            self._traffic.find_holds(self._known)  # so that nobody is held when the gate is left
+            self._traffic.find_holds(self._known)  # so that no vehicle stays held when the gate is left
             msg = (
                 f"at {self._latest_s:g} s the clock went back to {now:g} s: what the gate knows of its "
                 f"vehicles is no longer so; leave it, and attach anew"

@@ -1,4 +1,4 @@
-"""Contains standing vehicles and closed roads in an owner's simulation."""
+"""Contains standing vehicles and closed roads in a simulation that its owner steps."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from loopgate.simulation.ways_round import WaysRound
 from loopgate.traffic.running import RunningSumo
 
 _EVERY_S = 1.0
-"""So often the owner's stops are looked at [s]."""
+"""The stops that the owner sets are checked in this interval [s]."""
 
 
 class OwnersStanding:
@@ -35,10 +35,10 @@ class OwnersStanding:
         self._traffic, self._queue = sumo.traffic, queue
         self._at_stops: dict[str, None] = {}
         self.incidents = Incidents()
-        """What the owner has named."""
+        """The closures and breakdowns that the owner has named."""
 
     def at_long_stop(self) -> list[str]:
-        """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
+        """Return the vehicles that stand on the road at a stop that is long or has no known end."""
         held = [v for v in self._queue.fleet.vehicles if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
         stops = {vehicle: self._traffic.stays_s(vehicle) for vehicle in held}
         self._at_stops = {
@@ -53,19 +53,19 @@ class OwnersStanding:
         return [*(one.vehicle for one in self.incidents.breakdowns), *self.at_long_stop()]
 
     def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether the owner has set a stop of a vehicle: that is on its loop."""
+        """Return whether the owner has set a stop for a vehicle, so that it must stay on its loop."""
         return isfinite(self._queue.fleet.vehicles[vehicle].stop_m)
 
 
 class OwnersContainment:
-    """Closes the places of standing vehicles in an owner's simulation, and leads vehicles round them.
+    """Closes the places of standing vehicles, and leads other vehicles round them.
 
     Parameters
     ----------
     sumo, network, recorder
         The running simulation, its roads, and the recorder of events.
     queue
-        The vehicles under the gate, and what they drive by.
+        The vehicles under the gate, and the plan of their loops.
     standing
         As in `loopgate.attach`.
     """
@@ -82,11 +82,11 @@ class OwnersContainment:
         self._sumo, self._network, self._queue = sumo, network, queue
         self._standing = OwnersStanding(sumo, queue)
         self._own: dict[str, str] = {}
-        """By the name of each detour the loop that it is a detour of."""
+        """By name of a detour, the name of the loop that it replaces."""
         self._avoided: set[AbstractSet[str]] = set()
-        """The edges round which ways have been looked for."""
+        """The sets of edges round which ways have been searched."""
         self._unlaid: set[AbstractSet[str]] = set()
-        """Of these, the edges whose ways could not be laid while a standing vehicle held two places."""
+        """The sets of edges whose detours could not be used while a standing vehicle held two places."""
         self._into = edges_into(network)
         self._plan = queue.plan
         self._next_s = 0.0
@@ -103,12 +103,12 @@ class OwnersContainment:
         )
 
     def block(self, names: Iterable[str]) -> None:
-        """Record standing vehicles, and closed edges and lanes.
+        """Record vehicles that stand, and closed edges and lanes.
 
         Raises
         ------
         ScenarioError
-            If one is neither under the gate nor a road; then none is taken note of.
+            If a name is neither a vehicle under the gate nor a road; then nothing is recorded.
         """
         now, known = self._sumo.traffic.now_s, self._standing.incidents
         closures, breakdowns = list(known.closures), list(known.breakdowns)
@@ -130,12 +130,12 @@ class OwnersContainment:
         )
 
     def free(self, names: Iterable[str]) -> None:
-        """Record that vehicles stand no longer, and that edges or lanes are open again.
+        """Record that vehicles no longer stand, and that edges or lanes are open again.
 
         Raises
         ------
         ScenarioError
-            If one was not blocked; then none is freed.
+            If a name was not blocked; then nothing is freed.
         """
         known, over = self._standing.incidents, set(names)
         blocked = {one.lane or one.edge for one in known.closures} | {one.vehicle for one in known.breakdowns}
@@ -169,7 +169,7 @@ class OwnersContainment:
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
-        """Find and lay ways round everything that has come to stand since the last call."""
+        """Find detours round everything that stands since the last call, and lay them."""
         members = self._queue.fleet.vehicles
         settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
         if settle:
@@ -209,7 +209,7 @@ class OwnersContainment:
                 routes.add(route)
 
     def _stand_on(self) -> Iterator[AbstractSet[str]]:
-        """Yield the sets of edges on which something stands: each, and all together."""
+        """Yield the sets of edges on which something stands: one set for each, and all together."""
         closed = {closure.edge for closure in self._standing.incidents.closures}
         each: list[AbstractSet[str]] = [frozenset((edge,)) for edge in sorted(closed)]
         for vehicle in self._standing.vehicles():
@@ -228,7 +228,7 @@ class OwnersContainment:
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]
 
     def call_back(self, vehicles: Iterable[str]) -> None:
-        """Let vehicles that have left the road return as soon as there is room."""
+        """Let vehicles beside the road return as soon as there is space."""
         if self._contained.roadside is not None:
             for vehicle in vehicles:
                 self._contained.roadside.call_back(vehicle)

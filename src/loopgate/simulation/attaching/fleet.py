@@ -1,4 +1,4 @@
-"""The vehicles under a gate, which join and leave while their owner steps the simulation."""
+"""The vehicles under an attached gate: they join and leave while their owner steps the simulation."""
 
 from __future__ import annotations
 
@@ -33,20 +33,20 @@ from loopgate.traffic.base import Traffic
 
 
 class Fleet:
-    """The vehicles under a gate, among ordinary traffic; nobody is there yet.
+    """The vehicles under a gate, among ordinary traffic; it starts without any.
 
     Parameters
     ----------
     gate, negotiation
-        The gate's name or class, and what puts requests in order.
+        The gate's name or class, and the negotiation that puts requests in order.
     obeys
         Whether traffic lights are obeyed.
 
     Notes
     -----
-    A vehicle is taken in where it is as a whole in a place of its loop and can stop at the end of that: then
-    it holds a slot there and nothing else, and the gate is made anew for all vehicles as they stand. It is a
-    start like any other, which the gate refuses if it could not keep its promise.
+    A vehicle joins when it is in full length in a place of its loop, and can stop at the end of that place.
+    It then holds a slot there and nothing else. The gate is made anew for all vehicles as they stand. The
+    gate refuses a vehicle with which it could not keep its promise.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class Fleet:
 
     @property
     def settled(self) -> bool:
-        """Whether every vehicle holds the place it is in and nothing else."""
+        """Whether every vehicle holds the place in which it is, and nothing else."""
         every = self._ledger.vehicles.values()
         return all(one.beside or (one.is_settled() and not one.steered) for one in every)
 
@@ -107,7 +107,7 @@ class Fleet:
         return {**lights.report(), **self._roads.report()}
 
     def drive_by(self, plan: Plan) -> None:
-        """Let all vehicles, present and later, drive by a plan."""
+        """Use a plan for all vehicles, present and later."""
         self._itineraries, room = plan.itineraries, plan.room
         legs = {track.loop: track.legs for track in plan.tracks}
         if self._ledger.vehicles:
@@ -117,7 +117,10 @@ class Fleet:
             self._deciding.know(self._driving.places)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
-        """Take vehicles in together if places and gate allow it; return whether they do. `answer` follows."""
+        """Let vehicles join together if places and gate allow it; return whether they do.
+
+        Call `answer` afterwards. `beyond`: how many vehicles more than its slots a place may hold.
+        """
         come = Counter(track.legs[track.start_position].state for track in tracks)
         places, ways = self._driving.places, [way_of(track) for track in tracks]
         for name, number in come.items():
@@ -140,7 +143,7 @@ class Fleet:
         self.drive.gate = gate
 
     def let_go(self, vehicles: set[str], reason: str) -> bool:
-        """Let vehicles under the gate go; return whether there are any: then `answer` follows."""
+        """Release vehicles that are under the gate; return whether there were any. Then call `answer`."""
         leaving = sorted(vehicles & self._ledger.vehicles.keys())
         for name in leaving:
             self.on_leaving(self.drive.records[name])
@@ -153,25 +156,28 @@ class Fleet:
         return True
 
     def after_step(self) -> None:
-        """Do what is due after a step of the traffic."""
+        """Drive all vehicles after a step of the simulation."""
         self._driving.after_step()
 
     def answer(self) -> None:
-        """Answer the requests since somebody has come or gone."""
+        """Answer requests after vehicles have joined or left."""
         self._driving.answer()
 
     def open_up(self) -> None:
-        """Let vehicles into all places again that were shut."""
+        """Open all places that were shut."""
         self._ledger.open_up()
 
     def pause(self, *, pauses: bool) -> None:
-        """Grant nothing to anybody for now, or grant again."""
+        """Withhold all grants, or allow grants again."""
         for vehicle in self._ledger.vehicles.values():
             if vehicle.withheld in ("", Reason.TRAFFIC):
                 vehicle.withheld = str(Reason.TRAFFIC) if pauses else ""
 
     def stops_at(self, vehicle: str, at_m: float, *, anew: bool) -> None:
-        """Note where a vehicle stops next by itself [m]; `anew`: it has made a stop, and asks as of now."""
+        """Set the point where a vehicle stops next by itself [m].
+
+        `anew`: whether it has just made a stop, so that its wait for a grant begins now.
+        """
         one = self._ledger.vehicles[vehicle]
         one.stop_m = at_m
         if anew and one.asks:
@@ -179,5 +185,5 @@ class Fleet:
             self._ledger.consider(one)
 
     def mend_order(self) -> int:
-        """Put the lines of all places in the order on the road; return how many were not in it."""
+        """Put the lines of all places in the order on the road; return how many lines were not."""
         return mend_order(self._ledger, self._driving.places.values())

@@ -1,4 +1,4 @@
-"""Vehicles of an owner's simulation join the gate, are changed by the owner, and leave."""
+"""Lets vehicles of an owner's simulation join the gate, follows the owner's changes, and releases them."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -12,33 +12,34 @@ from loopgate.simulation.attaching.plan import Plan
 from loopgate.traffic.base import Traffic
 
 GONE = "gone"
-"""Why a vehicle left that is on the road no longer."""
+"""The reason for the end of a vehicle that is no longer on the road."""
 
 _AGAIN_S = 1.0
-"""A newcomer that was refused is looked at again after this time [s]."""
+"""A newcomer that was refused is tried again after this time [s]."""
 
 _SETTLES_S = 60.0
-"""For ways round what stands vehicles are held up for so long at most [s]."""
+"""Grants are withheld this long at most, to lay detours round what stands [s]."""
 
 _LONGER_M = 0.01
 
 
 class JoiningQueue:
-    """The vehicles that wait to join a gate; the owner steps the simulation.
+    """The vehicles that wait to join a gate.
 
     Parameters
     ----------
     network, traffic
         The roads, and the running simulation.
     fleet
-        The vehicles under the gate: none yet.
+        The vehicles under the gate; it is empty.
 
     Notes
     -----
-    Who is refused waits. A place in which a newcomer stands may so hold one more than it has slots for.
+    A newcomer that is refused waits on the road. So a place may hold one vehicle more than its slots.
 
-    A loop that is new changes the plan. Where the others' places stay as they are they drive on. Else all
-    grants are withheld until each vehicle holds one place only; then all join anew, by the new plan.
+    A new loop changes the plan. Where the places of the vehicles under the gate stay as they are, these drive
+    on. Otherwise the gate withholds all grants until each vehicle holds one place only. Then all vehicles
+    join anew, by the new plan.
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, fleet: Fleet) -> None:
@@ -50,7 +51,7 @@ class JoiningQueue:
         self._moves = Moves(network, traffic)
         self.newcomers: dict[str, Newcomer] = {}
         self._spare: tuple[Plan | None, float] = None, math.inf
-        """The next plan without the ways that were laid last, and when it comes if nobody settles [s]."""
+        """The plan without the detours laid last, and when it is used if some vehicle does not settle [s]."""
         self.before_asking: Callable[[], None] = lambda: None
         """Called in each step before vehicles ask."""
         self.mended = 0
@@ -76,17 +77,17 @@ class JoiningQueue:
 
     @property
     def coming(self) -> Plan | None:
-        """The plan of loops that vehicles will follow next."""
+        """The plan that vehicles will follow next, if it is not in use yet."""
         return self._next
 
     def lay(self, ways: Sequence[tuple[Loop, VehicleType]], *, all_settle: bool) -> bool:
-        """Add loops to the plan; return whether vehicles can follow it, now or when all are settled.
+        """Add loops to the plan; return whether vehicles can follow it, at once or when all have settled.
 
         Parameters
         ----------
         all_settle
-            Whether every vehicle can come to hold one place only. Where one cannot, ways are laid only if
-            places and what lies between them stay as they are.
+                Whether every vehicle can come to hold one place only. If not, loops are added only if
+            existing places, and what lies between them, stay as they are.
         """
         before = self._next or self.plan
         plan = before.extended(ways)
@@ -106,7 +107,7 @@ class JoiningQueue:
             self.fleet.answer()
 
     def after_step(self) -> None:
-        """Act after a step of the simulation."""
+        """Drive the vehicles under the gate after a step, and let newcomers join."""
         self._notice()
         if self.fleet.vehicles:
             self._traffic.stay_braked()
@@ -118,12 +119,12 @@ class JoiningQueue:
         self._take_in()
 
     def _heed_dynamics(self) -> None:
-        """Read the accelerations and speeds that the owner may have set.
+        """Read accelerations and speeds, which the owner may have set.
 
         Raises
         ------
         TrafficError
-            If one is longer than it was: its places have not been laid for that.
+            If a vehicle is longer than it was: places have no space for it.
         """
         for driver in self.fleet.vehicles.values():
             can = self._traffic.dynamics(driver.id)
@@ -138,7 +139,10 @@ class JoiningQueue:
             driver.drives_like(can, self._traffic.step_s)
 
     def _heed_stops(self) -> None:
-        """Note the owner's stops of vehicles; a stop after the stop that holds a vehicle lies beyond it."""
+        """Read the stops that the owner has set.
+
+        A stop that SUMO lists after the gate's own stop lies beyond the stop line.
+        """
         for driver in self.fleet.vehicles.values():
             before_m, stop, at_m = driver.stop_m, self._traffic.next_stop(driver.id), math.inf
             if stop is not None:
@@ -149,7 +153,7 @@ class JoiningQueue:
             self.fleet.stops_at(driver.id, at_m, anew=at_m > before_m + MOVED_M)
 
     def _notice(self) -> None:
-        """Drop vehicles that are gone; a vehicle that was moved joins anew."""
+        """Drop vehicles that are gone, and let vehicles that the owner has moved join anew."""
         if not self.fleet.vehicles and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
@@ -170,7 +174,7 @@ class JoiningQueue:
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
     def _take_in(self) -> None:
-        """Hold newcomers back, and let newcomers join as soon as they can."""
+        """Hold newcomers at places of their loops, and let the ones in full length in a place join."""
         if self._next is not None and not self._replan(self._next):
             return
         now = self._traffic.now_s
@@ -184,11 +188,11 @@ class JoiningQueue:
             self._try([newcomer])
 
     def _replan(self, plan: Plan) -> bool:
-        """Go over to another plan if that can be done now; else see to it that it can be soon."""
+        """Change to another plan if that can be done now; otherwise withhold grants until it can."""
         goes_on = not self.fleet.vehicles or plan.goes_on_with(self.plan)
         if not goes_on and not self.fleet.settled:
             other, until_s = self._spare
-            if self._traffic.now_s >= until_s:  # somebody stands who cannot
+            if self._traffic.now_s >= until_s:  # a vehicle stands that does not settle
                 self._next, self._spare = other, (other, math.inf)
                 self.fleet.pause(pauses=False)
                 return False
@@ -204,7 +208,7 @@ class JoiningQueue:
         return True
 
     def _try(self, newcomers: Sequence[Newcomer]) -> bool:
-        """Take newcomers in together if places and gate allow it."""
+        """Let newcomers join together if places and gate allow it."""
         for newcomer in newcomers:
             newcomer.tried_s = self._traffic.now_s
         tracks = [

@@ -1,4 +1,4 @@
-"""Notices that an owner has put a vehicle somewhere else."""
+"""Finds vehicles that the owner of a simulation has put somewhere else."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from loopgate.simulation.leading import LedVehicle
 from loopgate.traffic.base import Traffic
 
 MOVED_M = 3.0
-"""A vehicle further than this from where its odometer puts it has been moved [m]."""
+"""A vehicle farther than this from the position that its odometer gives has been moved [m]."""
 
 _ROUNDING_M = 0.5
-"""A vehicle that has driven so much further than it can has been moved [m]."""
+"""A vehicle that has driven farther than it can, by more than this, has been moved [m]."""
 
 
 class Moves:
@@ -29,8 +29,8 @@ class Moves:
         self._network, self._traffic = network, traffic
         self._seen_s = traffic.now_s
         self._inside: defaultdict[str, list[tuple[str, str, float, float]]] = defaultdict(list)
-        """Of each lane inside a junction the edges before and behind it, the part of the way across that lies
-        before it, and the part that is a metre of it."""
+        """For each lane inside a junction: the edges before and after it, the share of the way across that
+        lies before it, and the share of one metre of it."""
         for connection in network.connections:
             over_m, before_m = network.over_m(connection), 0.0
             for lane in connection.via:
@@ -50,9 +50,9 @@ class Moves:
         front_m = self._traffic.odometer(driver.id) + driver.offset_m
         driven_m = front_m - driver.front_m
         if driven_m > _ROUNDING_M and driver.halted:
-            return True  # it stands at a stop of the gate's
+            return True  # it was held at its stop line, and cannot have driven
         if driven_m > _reach_m(driver, driver.accel_mps2, elapsed_s):
-            can = self._traffic.dynamics(driver.id)  # that may have been set in this step
+            can = self._traffic.dynamics(driver.id)  # the owner may have set it in this step
             if driven_m > _reach_m(driver, can.accel_mps2, elapsed_s):
                 return True  # the odometer counts what SUMO's `moveToXY` does
         if lane.startswith(":"):
@@ -80,5 +80,5 @@ class Moves:
 
 
 def _reach_m(driver: LedVehicle, accel_mps2: float, elapsed_s: float) -> float:
-    """Return how far a vehicle can have driven, as fast as it was before [m]."""
+    """Return the longest distance that a vehicle can have driven, from its speed before [m]."""
     return (driver.speed_mps + accel_mps2 * elapsed_s) * elapsed_s + _ROUNDING_M

@@ -1,4 +1,4 @@
-"""Vehicles on the road that wait to join the gate, and are held where they can join."""
+"""Vehicles that wait to join the gate, and are held on the road where they can join."""
 
 import math
 from dataclasses import dataclass
@@ -11,22 +11,21 @@ from loopgate.simulation.attaching.plan import Plan
 from loopgate.traffic.base import Traffic
 
 _SAME_M = 0.5
-"""How far past the end of its state a vehicle may stand that is held there [m]."""
+"""A vehicle held at the end of a state may stand this far beyond it [m]."""
 
 
 _REACHED_M = 0.05
-"""So far behind a line a vehicle can be held there that stands, or that cannot brake but for so much [m].
+"""SUMO still holds a vehicle at a line that is this much nearer than its braking distance [m].
 
-Farther, SUMO lets it drive on, without a word.
-"""
+If the line is nearer, SUMO lets the vehicle drive on, without an error."""
 
 
 @dataclass(slots=True, eq=False)
 class Newcomer:
     """A vehicle that waits to join the gate, and drives by SUMO's rules until then.
 
-    It is told to stop at the end of the first place of its loop before which it can still brake. It can be
-    taken in as soon as it is in that place as a whole: then there is nothing that it holds besides.
+    It is told to stop at the end of the first place of its loop before which it can still brake. It can join
+    as soon as it is in that place in full length, since it then holds nothing else.
 
     Attributes
     ----------
@@ -37,13 +36,13 @@ class Newcomer:
     seen
         Whether it has been on the road.
     arc_m
-        Where its front is on the loop [m]; not a number while it is not on it.
+        Arc length of its front on the loop [m]; NaN while it is not on the loop.
     position
-        The position on its loop's itinerary at whose end it is held; None while it cannot be.
+        Index on its loop of the place at whose end it is held; None if it is not held.
     left_m
-        How far it is from there [m].
+        Distance to the end of that place [m].
     inside
-        Whether it is in that place as a whole.
+        Whether it is in that place in full length.
     tried_s
         When it was last refused [s].
     """
@@ -70,7 +69,7 @@ class Newcomer:
         track = plan.track(self.vehicle, self.loop.id, front_m=self.arc_m, position=0)
         if self.position is not None:
             before_m, self.left_m = self.left_m, self._left_m(track, self.position)
-            if self.left_m > before_m + _SAME_M:  # it is past it
+            if self.left_m > before_m + _SAME_M:  # it has passed the end of that place
                 self.let_go(traffic)
         if self.position is None and not lane.startswith(":"):
             self._hold(traffic, track)
@@ -80,7 +79,7 @@ class Newcomer:
             self.inside = whole and lane == f"{leg.line.edge}_{leg.line.lane}"
 
     def let_go(self, traffic: Traffic) -> None:
-        """Release the hold."""
+        """Release the vehicle if it is held."""
         if self.position is not None:
             self.position, self.left_m, self.inside = None, math.inf, False
             traffic.release(self.vehicle)
@@ -92,14 +91,14 @@ class Newcomer:
             return math.nan
         if math.isnan(self.arc_m):
             if lane.startswith(":"):
-                return math.nan  # where it goes on is told by the next road
+                return math.nan  # the next road will tell where on the loop it is
             number = self._edge_number(traffic, edge)
             return self.loop.roads[number].begin_m + at_m
         lap_m = self.loop.length_m
         return min(arcs, key=lambda arc: abs((arc - self.arc_m + lap_m / 2) % lap_m - lap_m / 2))
 
     def _edge_number(self, traffic: Traffic, edge: str) -> int:
-        """Return the index of an edge on the loop; of two, the index with the same next edge."""
+        """Return the index of an edge on the loop; if the loop has it twice, by the edge that follows."""
         edges = self.loop.edges
         numbers = [number for number, name in enumerate(edges) if name == edge]
         route, at = traffic.route(self.vehicle)
@@ -107,12 +106,12 @@ class Newcomer:
         return next((n for n in numbers if edges[(n + 1) % len(edges)] == following), numbers[0])
 
     def _left_m(self, track: Track, position: int) -> float:
-        """Return how far it is to the end of a place, going round [m]; a little below 0 just behind it."""
+        """Return the distance along the loop to the end of a place [m]; slightly negative just behind it."""
         lap_m = self.loop.length_m
         return (track.legs[position].end_m - self.arc_m + _SAME_M) % lap_m - _SAME_M
 
     def _hold(self, traffic: Traffic, track: Track) -> None:
-        """Give it a route for the next rounds, and a stop at the end of the first place where it can be."""
+        """Give the vehicle a route for the next rounds, and a stop at the first place that can hold it."""
         begins = [span.begin_m for span in self.loop.roads]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}
@@ -121,11 +120,11 @@ class Newcomer:
         try:
             traffic.lead(self.vehicle, rounds_from(self.loop, here))
         except TrafficError:
-            return  # not from here
+            return  # no route from here
         for position in sorted(left, key=lambda p: left[p]):
             line = track.legs[position].line
             if left[position] < needed_m - _REACHED_M:
-                continue  # SUMO looks at that where both are on one edge only, and never behind a line
+                continue  # SUMO itself checks this on the vehicle's own edge only, and not behind the line
             try:
                 held = traffic.hold(self.vehicle, line.edge, line.lane, line.position_m)
             except TrafficError:

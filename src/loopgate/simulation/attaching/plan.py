@@ -1,4 +1,4 @@
-"""The loops of the vehicles under the gate, cut into places and crossings; loops can be added."""
+"""The loops of the vehicles under an attached gate, cut into places and crossings; loops can be added."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from loopgate.network import Loop, RoadNetwork, VehicleType
 
 
 class Plan:
-    """Loops, the types of vehicles on them, and the resulting places and crossings.
+    """Loops, the types of vehicles on them, and the places and crossings that follow from both.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Plan:
     Raises
     ------
     RefusedLoopError
-        If a loop cannot work as queues.
+        If a loop cannot be cut into queues.
     """
 
     def __init__(self, network: RoadNetwork, users: tuple[tuple[Loop, VehicleType], ...]) -> None:
@@ -33,7 +33,7 @@ class Plan:
         self._tracks = {name: make_track(network, way) for name, way in self.layout.itineraries.items()}
 
     def extended(self, users: Iterable[tuple[Loop, VehicleType]]) -> Plan:
-        """Return a plan with further loops and types; the same plan if all are known."""
+        """Return a plan with further loops and types; the same plan if it has all of them."""
         every = tuple(dict.fromkeys((*self.users, *users)))
         return self if len(every) == len(self.users) else Plan(self.network, every)
 
@@ -58,7 +58,7 @@ class Plan:
         return replace(known, vehicle=vehicle, start_m=front_m, start_position=position, renews=True)
 
     def goes_on_with(self, earlier: Plan) -> bool:
-        """Return whether vehicles under an earlier plan can follow this plan from now on.
+        """Return whether vehicles under an earlier plan can follow this plan without joining anew.
 
         They can if their places and the roads between these are the same. A new conflict must be between new
         movements only.
@@ -72,12 +72,12 @@ class Plan:
 
 
 def _as_before(now: QueuePlace | None, before: QueuePlace) -> bool:
-    """Return whether a place lies where it lay, and holds as many vehicles: others may visit it besides."""
+    """Return whether a place lies where it was and has the same slots; more loops may lead to it."""
     return now is not None and (now.length_m, now.capacity) == (before.length_m, before.capacity)
 
 
 def _among(movements: set[str], legs: tuple[Leg, ...]) -> list[Leg]:
-    """Return the legs with only the conflicts among these movements."""
+    """Return the legs without conflicts that involve other movements than these."""
     return [replace(leg, crossings=tuple(_without(movements, c) for c in leg.crossings)) for leg in legs]
 
 

@@ -1,4 +1,4 @@
-"""What is noted of the vehicles under an attached gate: collisions, standstill, and figures."""
+"""Watches the vehicles under an attached gate: collisions, deadlocks, starvation and figures."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from loopgate.traffic.base import Traffic
 
 _LOOK_EVERY_S: Final = 10.0
 _STANDING_S: Final = 60.0
-"""So often vehicles that stand are looked at, and so long they stand before they can be in a deadlock [s]."""
+"""Vehicles are checked in the first interval [s]; one that stands this long can be in a deadlock [s]."""
 
 
 class Watch:
-    """Notes what happens to the vehicles under a gate, and counts what they do.
+    """Records what happens to the vehicles under a gate, and counts what they do.
 
     Parameters
     ----------
@@ -61,10 +61,10 @@ class Watch:
         self._colliding = Collisions()
         self._collisions = self._collisions_with_others = self._left = 0
         self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
-        """What the vehicles have done that have left."""
+        """The figures of the vehicles that have left."""
 
     def note_collisions(self) -> None:
-        """Note the collisions of vehicles under the gate that begin in this step."""
+        """Record the collisions of vehicles under the gate that begin in this step."""
         own, now = self._fleet.vehicles.keys(), self._traffic.now_s
         theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
         for collision in self._colliding.begun(theirs):
@@ -75,7 +75,7 @@ class Watch:
             self._recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
 
     def look_for_standstill(self) -> None:
-        """Look for vehicles that starve, and for circles of vehicles that wait for each other."""
+        """Look for vehicles that starve, and for circular waits."""
         now = self._traffic.now_s
         if now < self._next_look_s or not self._fleet.vehicles:
             return
@@ -89,7 +89,7 @@ class Watch:
                 self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
 
     def _count(self, account: Account) -> None:
-        """Add what a vehicle has done that leaves."""
+        """Add the figures of a vehicle that leaves."""
         self._add_up(self._done, account)
         self._left += 1
 

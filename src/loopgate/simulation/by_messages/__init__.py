@@ -1,1 +1,1 @@
-"""Vehicles and posts that decide by messages, in simulated time: decisions, radio, controllers."""
+"""Vehicles that decide about their moves by radio messages in simulated time, without a central gate."""

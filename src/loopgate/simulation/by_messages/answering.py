@@ -1,4 +1,4 @@
-"""The requests in a ledger, answered by the vehicles among themselves instead of by rules alone."""
+"""Lets vehicles answer the requests in a ledger by messages among themselves."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ from loopgate.vehicles.air import AirSettings
 __all__ = ["STAGE", "ByMessages", "let_vehicles_decide"]
 
 STAGE: Final = "posts"
-"""The stage that decides, in events and figures."""
+"""Name of the stage that decides, in events and figures."""
 
 
 class ByMessages:
-    """Vehicles that answer the requests in a ledger among themselves.
+    """Answers the requests in a ledger by messages among the vehicles.
 
     Parameters
     ----------
     ledger
-        Empty. Its rules but the last are what a vehicle sees by itself.
+        The ledger, without vehicles yet. Its rules but the last are what a vehicle senses by itself.
     names
-        The vehicles, which are all there when the ledger answers first.
+        The vehicles; all are in the ledger when it answers for the first time.
     itineraries
-        Where their paths lie.
+        The paths of the vehicles on the road.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class ByMessages:
 
     @property
     def sent(self) -> int:
-        """How many messages vehicles and posts have sent."""
+        """Number of messages that vehicles and posts have sent."""
         return sum(self._decisions.radio.sent.values())
 
     def report(self) -> Mapping[str, Any]:
@@ -68,7 +68,7 @@ class ByMessages:
         self._decisions.controllers.close()
 
     def _look(self, now_s: float) -> None:
-        """Let messages come, before requests are answered."""
+        """Deliver the messages that have arrived, before requests are answered."""
         if not self._begun:
             self._begin()
         self._first = True
@@ -82,7 +82,7 @@ class ByMessages:
         self._decisions.radio.far_side = far_side(self._itineraries, numbers.get)
 
     def _decide(self, vehicles: list[Vehicle]) -> list[Vehicle]:
-        """Let vehicles that see nothing in their way ask, and go on or stay; return who goes."""
+        """Let vehicles without an obstacle ask by messages; return the vehicles that go."""
         legs = [vehicle.granted for vehicle in vehicles]
         self._decisions.decide(self._motor.ready(vehicles), self._motor.now_s, first=self._first)
         self._first = False
@@ -97,23 +97,23 @@ def let_vehicles_decide(
     gate: Gate,
     asked: AskedGate | None,
 ) -> ByMessages:
-    """Let vehicles decide among themselves what the gate would decide.
+    """Make vehicles decide by messages what the gate would decide.
 
     Parameters
     ----------
     seed
-        Draws what becomes of messages.
+        Seed of the losses and delays of messages.
     ledger
-        Empty.
+        The ledger, without vehicles yet.
     gate
-        Made for the vehicles of the abstraction.
+        The gate made for the vehicles of the abstraction.
     asked
-        The gate, if it is another than the chain rule.
+        The same gate as a rule, if it is not the chain rule.
 
     Raises
     ------
     ScenarioError
-        If there is no such protocol for the gate.
+        If there is no protocol for the gate.
     """
     system = abstraction.system
     if asked is not None and isinstance(gate, Algorithm2Gate):
@@ -139,11 +139,11 @@ def let_vehicles_decide(
 
 
 def _goes_on(vehicle: Vehicle) -> bool:
-    """Return whether the chain rule lets a vehicle go, and there is a slot for it."""
+    """Return whether a vehicle has a free slot ahead and the chain rule lets it go."""
     wanted = vehicle.wanted()
     return wanted is not None and not wanted.is_full() and not closes(vehicle)
 
 
 def _controllers(settings: AirSettings, seed: int) -> Controllers:
-    """Return controllers in processes of their own, or in this one."""
+    """Return controllers in separate processes, or in this process."""
     return Bridge(settings, seed) if settings.processes else ControllersHere()

@@ -1,8 +1,9 @@
-"""The bridge between vehicles on the road and their controllers, each of which is a process of its own.
+"""Connects vehicles on the road with their controllers, each of which is a separate process.
 
-It stands for the sensors, the motor, the radio and the clock of each vehicle. Posts live in the process of
-the bridge. Time is simulated, so it waits for the answer to each datagram. A process that is gone is silent:
-its vehicle gets no leave to go on, and stops at its line. Later it is started again, without memory.
+The bridge acts as the sensors, the motor, the radio and the clock of each vehicle. Posts run in the bridge's
+own process. Time is simulated, so the bridge waits for the answer to each datagram. A process that has ended
+gives no answers: its vehicle gets no grant and stops at its stop line. The process is started again later,
+without memory.
 """
 
 from __future__ import annotations
@@ -27,18 +28,19 @@ __all__ = ["Bridge"]
 
 _COMMAND = (sys.executable, "-c", "from loopgate.cli.main import main; main()", "vehicle")
 _STARTS_S, _ANSWERS_S, _AGAIN_S = 120.0, 10.0, 0.25
-"""So long a process may take to start and to answer, and after so long it is told again [s of wall time]."""
+"""Longest time for a process to start and to answer, and time after which a datagram is repeated [s of wall
+time]."""
 
 
 class Bridge:
-    """Controllers that are processes on this machine.
+    """Controllers that run as processes on this machine.
 
     Parameters
     ----------
     settings
-        How many are killed, when, and when they are started again.
+        Number of processes to kill, when to kill them, and when to start them again.
     seed
-        Draws who is killed.
+        Seed of the choice of these processes.
     """
 
     def __init__(self, settings: AirSettings, seed: int) -> None:
@@ -48,7 +50,7 @@ class Bridge:
         self._processes: dict[int, subprocess.Popen[bytes]] = {}
         self._at: dict[int, tuple[str, int]] = {}
         self._gone_s: dict[int, float] = {}
-        """Since when processes are gone."""
+        """Since when each ended process is gone [s]."""
         self._killed = False
         self._now_s = 0.0
         self._turn = self.started = self.killed = self.datagrams = 0
@@ -59,7 +61,7 @@ class Bridge:
         self._start(range(len(stands)), lambda number: stands[number], 0)
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
-        """Kill whose time has come, and start again who has been gone long enough; return what these say."""
+        """Kill processes when it is time; start those that are due again, and return their answers."""
         self._now_s = now_s
         if self._settings.kill and not self._killed and now_s >= self._settings.kill_at_s:
             self._killed = True
@@ -117,7 +119,7 @@ class Bridge:
     def _start(
         self, numbers: Sequence[int], stand: Callable[[int], Stand], clock: int
     ) -> list[tuple[int, Answer]]:
-        """Start processes, and tell each where its vehicle is."""
+        """Start processes, and tell each the position of its vehicle."""
         host, port = self._wire.getsockname()
         for number in numbers:
             command = (*_COMMAND, "--bridge", f"{host}:{port}", "--number", str(number))
@@ -143,7 +145,7 @@ class Bridge:
         return answers
 
     def _tell(self, number: int, **said: Any) -> Answer:  # noqa: ANN401  as the schema says
-        """Tell a controller something; return its answer, which is empty if it is silent."""
+        """Send a controller a datagram; return its answer, which is empty if the process is gone."""
         if number in self._gone_s:
             return Answer()
         self._turn += 1
@@ -164,7 +166,7 @@ class Bridge:
         return Answer()
 
     def _receive(self, wait_s: float) -> tuple[dict[str, Any], tuple[str, int]]:
-        """Return what comes, and from where; nothing if nothing comes, or no datagram of the schema."""
+        """Return the next datagram and its sender; nothing if none comes or it does not fit the schema."""
         self._wire.settimeout(wait_s)
         try:
             data, at = self._wire.recvfrom(LARGEST)

@@ -1,4 +1,4 @@
-"""The controllers of the vehicles of a run, as the bridge between them and the road sees them."""
+"""The controllers aboard the vehicles of a run, as the simulation calls them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,17 @@ from loopgate.vehicles.vehicle import Vehicle
 __all__ = ["Controllers", "ControllersHere", "Stand"]
 
 Stand = tuple[tuple[int, ...], int, tuple[int, ...]]
-"""The loop of a vehicle as places, the position of its place there, and places behind that it is still in."""
+"""A vehicle's loop as places, the index of its place there, and the places behind that its rear is in."""
 
 
 class Controllers(Protocol):
-    """Controllers, each of which hears only what is for it. One that is silent gives an empty answer."""
+    """Controllers by number of their vehicle; each gets only its own messages.
+
+    A controller that is out of order gives an empty answer.
+    """
 
     def begin(self, stands: Sequence[Stand], crowded: float) -> None:
-        """Begin with these vehicles, by number, which leave room in places from this share of slots on."""
+        """Start a controller for each vehicle; a place is crowded from the share `crowded` of its slots."""
         ...
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
@@ -30,7 +33,7 @@ class Controllers(Protocol):
         ...
 
     def report(self) -> dict[str, Any]:
-        """Return figures of the controllers."""
+        """Return figures of the controllers for ``summary.json``."""
         ...
 
     def close(self) -> None:
@@ -40,38 +43,42 @@ class Controllers(Protocol):
     def at_line(
         self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
     ) -> Answer:
-        """Tell one that it is at its line, since when, its clock [s], what it heard and what it sees."""
+        """Tell a controller that its vehicle is at its stop line.
+
+        `stamp`: since when [s], and the vehicle's number. `now_s`: its clock [s]. `shares`: the shares of
+        slots taken in the next place and in its own. `free`: whether it sees its crossing free.
+        """
         ...
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
-        """Give it a message."""
+        """Give a controller a message."""
         ...
 
     def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
-        """Tell it its clock [s] and whether its crossing is free, now that it can go."""
+        """Tell a controller that holds a grant whether its crossing is free; `now_s` is its clock [s]."""
         ...
 
     def rear_out(self, number: int) -> Answer:
-        """Tell it that its rear has left a place."""
+        """Tell a controller that the rear of its vehicle has left a place."""
         ...
 
     def remind(self, number: int) -> Answer:
-        """Tell it that some time has passed."""
+        """Tell a controller that time has passed without the answer that it waits for."""
         ...
 
 
 class ControllersHere:
-    """Controllers in this process."""
+    """Controllers that run in this process and never fail."""
 
     def __init__(self) -> None:
         self.all: list[Controller] = []
 
     def begin(self, stands: Sequence[Stand], crowded: float) -> None:
-        """Begin with these vehicles."""
+        """Start a controller for each vehicle."""
         self.all = [Controller(Vehicle(n, loop, at), crowded) for n, (loop, at, _) in enumerate(stands)]
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
-        """Return nothing: nothing happens to them."""
+        """Return nothing: these controllers never fail."""
         del now_s, stand
         return []
 

@@ -1,4 +1,4 @@
-"""The crossings of a run: which places begin at the same one, and which ways over it are in conflict."""
+"""The crossings of a run: which places begin at the same crossing, and which ways over it conflict."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ __all__ = ["crossings"]
 def crossings(
     paths: Iterable[Sequence[Leg]], number: Mapping[Place, int], lease_s: float
 ) -> tuple[list[Keeper], dict[int, int]]:
-    """Return the keepers of crossings, and by place the number of the one before it.
+    """Return the keepers of crossings, and for each place the number of the keeper before it.
 
-    Ways are of one crossing that lead to the same place, share a lane of a junction, or are in conflict.
+    Ways over junctions belong to one crossing if they lead to the same place, share a movement, or conflict.
 
     Parameters
     ----------
     paths
         Closed paths of vehicles.
     number
-        Of places.
+        Numbers of places.
     lease_s
         How long leases of ways last [s].
     """

@@ -1,11 +1,11 @@
-"""Vehicles, posts and keepers that decide among themselves, by messages in simulated time.
+"""Decisions in simulated time by messages between vehicles, posts of places and keepers of crossings.
 
-`loopgate.vehicles` says what each does with a message, knowing its own state and nothing else. Here is the
-bridge between them and the road: what a vehicle senses (that it is first in line, that its crossing is free,
-that its rear is out), its motor, and its clock.
+`loopgate.vehicles` defines what each of them does with a message, from its own state only. This module
+connects them with the road: it gives a vehicle its senses (it is first in line, its crossing is free, its
+rear is out), its motor and its clock.
 
-What is answered within half a step counts in that step, else in the next: the simulator knows no time between
-steps.
+An answer that arrives within half a step counts in that step, otherwise in the next one: SUMO knows no time
+between steps.
 """
 
 from __future__ import annotations
@@ -49,13 +49,14 @@ from loopgate.vehicles.post import Entry, Post
 __all__ = ["DecisionsByMessages"]
 
 _ROOM_PATIENCE_S = 5.0
-"""After so long a vehicle that found a place full asks again, though it has not heard of room [s]."""
+"""A vehicle that found a place full asks again after this time, even if it has not heard of a free slot [s].
+"""
 
 _SAYS_AGAIN_S = 2.0
-"""So often a vehicle that has waited for long says so while its crossing is not free [s]."""
+"""A vehicle with a long wait repeats that it waits in this interval, while its crossing is not free [s]."""
 
 _LEASE_S, _LEASE_DELAYS = 2.0, 6.0
-"""How long a lease lasts [s], and how many delays longer: an answer takes two, and a step of SUMO."""
+"""How long a lease lasts [s], plus so many delays: an answer takes two, and one step of SUMO."""
 
 _WHY = {
     Why.FULL: Reason.OCCUPIED,
@@ -73,20 +74,20 @@ _Event = Message | _Timed
 
 
 class DecisionsByMessages:
-    """The decisions of a run, by the posts and the controllers of its vehicles.
+    """The decisions of a run on queues, made by posts, keepers and the controllers of vehicles.
 
     Parameters
     ----------
     settings
-        Of the air.
+        Settings of the radio channel.
     seed
-        Draws what is lost, and how long messages take.
+        Seed of the losses and delays of messages.
     motor
-        What vehicles do and sense.
+        Senses and motors of the vehicles.
     controllers
-        Those aboard.
+        The controllers aboard the vehicles.
     room
-        How many vehicles each place holds, by name.
+        Number of slots of each place, by name.
     """
 
     def __init__(
@@ -105,31 +106,31 @@ class DecisionsByMessages:
         self._motor = motor
         self.posts: list[Post] = []
         self.keepers: list[Keeper] = []
-        """Of crossings; which one is before each place is in `_keeper`."""
+        """The keepers of crossings; `_keeper` has the number of the keeper before each place."""
         self.moves = self.unsafe = self.given_back = self.late = 0
         self.refused: Counter[str] = Counter()
         self.otherwise: Counter[str] = Counter()
-        """Refusals by reason, and those of them that a gate that sees all would not have given."""
+        """Refusals by reason, and how many of them the central gate would not have given."""
         self._clock_s = 0.0
         self._moved_s: dict[int, float] = {}
-        """When each last went on [s]."""
+        """When each vehicle last went on [s]."""
         self._ready: dict[int, None] = {}
         self._open: dict[int, Way] = {}
-        """Who has asked in this step and has no answer, and the way that it wants."""
+        """Vehicles that have asked in this step and have no answer, with the way that each wants."""
         self._said_s: dict[int, float] = {}
-        """When each said last that it waits [s]."""
+        """When each vehicle last said that it waits [s]."""
         self._asked_s: dict[int, float] = {}
         self._full: dict[int, dict[int, float]] = {}
-        """By place, who found it full, and when it asks again all the same [s]."""
+        """For each place, the vehicles that found it full, and when each asks again without news [s]."""
         self._held: dict[int, None] = {}
-        """Who holds a grant that came between two steps."""
+        """Vehicles with a grant that arrived between two steps."""
         self._repeating: set[int] = set()
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
-        self._again_s = 3.0 * settings.delay_s  # no answer takes longer, but for that to a probe
+        self._again_s = 3.0 * settings.delay_s  # no answer takes longer, except the answer to a probe
         self._probe_s = 2.0 + 40.0 * settings.delay_s
 
     def begin(self) -> None:
-        """Begin as vehicles stand, each whole in one place."""
+        """Set the first positions: each vehicle is in one place in full length."""
         motor = self._motor
         self.where = where = motor.where
         self.radio.over(where)
@@ -160,7 +161,7 @@ class DecisionsByMessages:
         self.controllers.begin([where.stand(n) for n in everybody], crowded)
 
     def look(self, now_s: float) -> None:
-        """Let come what came since the last step, and let vehicles sense what has changed in it."""
+        """Deliver the messages since the last step, and let vehicles sense what has changed."""
         self._ready = {}
         while (event := self._air.next(now_s)) is not None:
             self._comes(*event)
@@ -172,16 +173,16 @@ class DecisionsByMessages:
         for number in self._motor.asking():
             reason = self._motor.reason(number)
             if reason == Reason.OCCUPIED and self._may_ask(number):
-                self._ask(number)  # its place is full as it sees it; so the answer is no
+                self._ask(number)  # it sees the place full, so the answer will be no
             elif reason == Reason.CROSSING and self._says_that_it_waits(number):
                 self._said_s[number] = self._clock_s
                 self._ask(number, free=False)
         self._motor.look_again(list(self._held))
 
     def decide(self, ready: Sequence[int], now_s: float, *, first: bool) -> None:
-        """Let vehicles that are ready ask, and wait for answers for half a step.
+        """Let ready vehicles ask, and wait for answers for half a step.
 
-        `first`: whether these are the first of the step. Whoever holds a grant uses it then.
+        `first`: whether these are the first vehicles of the step. Then vehicles that hold a grant use it.
         """
         self._ready = dict.fromkeys(ready)
         if first:
@@ -205,9 +206,10 @@ class DecisionsByMessages:
         self._ready, self._open = {}, {}
 
     def _ask_apart(self, line: Sequence[int]) -> list[int]:
-        """Let those ask who hear nobody ask for the same place, or for a way in conflict; return the others.
+        """Let each vehicle ask that hears no competing request; return the other vehicles.
 
-        The stronger the pressure, the sooner one speaks. Who does not hear that asks all the same.
+        A competing request is for the same place, or for a way in conflict. The vehicle with most pressure
+        asks first. A vehicle that misses a competing request asks too.
         """
         later = []
         for number in line:
@@ -215,7 +217,7 @@ class DecisionsByMessages:
             if self.turns.hears(way, self._open.values()):
                 later.append(number)
             elif not self._motor.free_way(number):
-                self._ready.pop(number, None)  # it has been told
+                self._ready.pop(number, None)  # `free_way` has refused it
             elif self._ask(number):
                 self._open[number] = way
             elif number in self._ready:
@@ -237,7 +239,7 @@ class DecisionsByMessages:
         return waited and due and number not in self._held
 
     def _ask(self, number: int, *, free: bool = True) -> bool:
-        """Let a controller ask, or say that it waits; return whether it does."""
+        """Let a controller ask for its grant, or say that it waits; return whether it asks."""
         stamp = self._motor.since_s(number), number
         said = self.controllers.at_line(
             number, stamp, self._clock_s, self.turns.shares(number), free=free
@@ -269,7 +271,7 @@ class DecisionsByMessages:
             self._comes_to_vehicle(event)
 
     def _ask_again(self, number: int) -> None:
-        """Let a vehicle without an answer ask again, if it still sees its crossing free."""
+        """Let a vehicle without an answer ask again if its crossing is still free."""
         if not self._motor.free_way(number):
             self._open.pop(number)
             self._ready.pop(number, None)
@@ -338,7 +340,7 @@ class DecisionsByMessages:
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
-        """Tell who holds a grant whether its crossing is free; it goes, or gives the grant back."""
+        """Tell a vehicle with a grant whether its crossing is free: it goes, or gives the grant back."""
         ready = number in self._ready and self._motor.asks(number)
         self._ready.pop(number, None)
         free = ready and self._motor.free_way(number)
@@ -362,16 +364,16 @@ class DecisionsByMessages:
         self._say_as(number, self.controllers.rear_out(number).say)
 
     def _say_as(self, number: int, out: Sequence[Message]) -> None:
-        """Send what a vehicle says; remind it, after a while, of what it has left."""
+        """Send a vehicle's messages; remind it later of places that it has left."""
         if number not in self._repeating and any(isinstance(message, Left | Here) for message in out):
             self._repeating.add(number)
             self._air.wake(self._clock_s + self._patience_s, Mind(number, heard=False))
         self.radio.say_as(number, out, self._clock_s)
 
     def _say_from(self, place: int, out: Sequence[Message]) -> None:
-        """Send what a post says; who waits for room there hears of it too."""
+        """Send a post's messages; vehicles that wait for a slot of its place may overhear them."""
         for message in out:
-            if isinstance(message, Ask):  # it has waited at the keeper, who looks at it again
+            if isinstance(message, Ask):  # the request has waited at the keeper, which now looks at it again
                 self._air.wake(self._clock_s, message)
                 continue
             for number in self._full.get(place, ()) if isinstance(message, Room) else ():

@@ -1,4 +1,4 @@
-"""What comes at a time of its own, without the air."""
+"""Timed events of vehicles and posts that are no messages."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ __all__ = ["Again", "Mind", "Patience"]
 
 
 class Patience(NamedTuple):
-    """The end of a post's patience with a slot that is kept."""
+    """A post's wait for a vehicle for which it keeps a slot is over."""
 
     place: int
     kept: Kept
 
 
 class Mind(NamedTuple):
-    """Something comes to a vehicle's mind: that it heard of room, or that no post has answered it."""
+    """A vehicle is reminded: it has heard of a free slot (`heard`), or no post has answered it."""
 
     number: int
     heard: bool
 
 
 class Again(NamedTuple):
-    """The end of a vehicle's patience with what it asked at this time [s]."""
+    """The wait of a vehicle for an answer to its request of `asked_s` [s] is over."""
 
     number: int
     asked_s: float

@@ -1,4 +1,4 @@
-"""What a vehicle that decides by messages can do and sense on the road: the ledger, one vehicle at a time."""
+"""What a vehicle that decides by messages can sense and do on the road, through the ledger."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from loopgate.simulation.by_messages.whereabouts import Whereabouts
 __all__ = ["Motor"]
 
 _REASK_S: Final = 1.0 - 1e-6
-"""After a refusal that does not end by itself a vehicle asks again after so long [s]."""
+"""A vehicle asks again this long after a refusal that does not end by itself [s]."""
 
 _PASSING: Final = (Reason.ANSWER, Reason.CROSSING)
 """Refusals after which a vehicle may ask again in each step."""
 
 
 class Motor:
-    """What vehicles can do and sense on the road. Each has a number.
+    """The senses and motors of vehicles, each of which has a number.
 
     Parameters
     ----------
     ledger
-        Its rules but the last are what a vehicle sees by itself.
+        Its rules but the last are what a vehicle senses by itself.
     admits
-        Whether a gate that sees all would let a vehicle go: for figures only.
+        Returns whether the gate would let a vehicle go; only for figures.
     """
 
     def __init__(self, ledger: Ledger, admits: Callable[[Vehicle], bool]) -> None:
         self._ledger, self._admits = ledger, admits
         self._seen: dict[int, int] = {}
-        """By vehicle, how many grants there were when it last saw its crossing free."""
+        """For each vehicle, the number of grants in the run when it last saw its crossing free."""
         self._tails: list[int] = []
 
     def begin(self, names: Sequence[str]) -> None:
-        """Begin with these vehicles, which are in the ledger; their numbers follow this order."""
+        """Set the vehicles, which are in the ledger; their numbers follow the order of `names`."""
         self.vehicles = [self._ledger.vehicles[name] for name in names]
         self._number = {vehicle: number for number, vehicle in enumerate(self.vehicles)}
         self.where = Whereabouts(self.vehicles)
@@ -55,11 +55,11 @@ class Motor:
         return self._ledger.step_s
 
     def line(self, place: int) -> list[int]:
-        """Return the vehicles in line in a place, the first one first."""
+        """Return the vehicles in the line of a place, first in line first."""
         return [self._number[one] for one in self.where.places[place].line]
 
     def asking(self) -> list[int]:
-        """Return the vehicles that wait for a grant, the oldest request first."""
+        """Return the vehicles that wait for a grant, oldest request first."""
         return [self._number[vehicle] for vehicle in self._ledger.waiting]
 
     def asks(self, number: int) -> bool:
@@ -67,11 +67,11 @@ class Motor:
         return self.vehicles[number].asks
 
     def since_s(self, number: int) -> float:
-        """Return since when a vehicle has been at its line [s]."""
+        """Return since when a vehicle has been at its stop line [s]."""
         return self.vehicles[number].since_s
 
     def reason(self, number: int) -> str:
-        """Return why a vehicle did not go on when it looked last."""
+        """Return why a vehicle did not go on when it last looked."""
         return self.vehicles[number].reason
 
     def rears_out(self) -> list[int]:
@@ -85,13 +85,13 @@ class Motor:
         return out
 
     def ready(self, vehicles: Sequence[Vehicle]) -> list[int]:
-        """Return the numbers of vehicles that see nothing in their way now."""
+        """Return the numbers of vehicles that sense no obstacle now."""
         numbers = [self._number[vehicle] for vehicle in vehicles]
         self._seen.update(dict.fromkeys(numbers, self._ledger.grants))
         return numbers
 
     def free_way(self, number: int) -> bool:
-        """Return whether a vehicle that is ready still sees nothing in its way; else it stays."""
+        """Return whether a vehicle that was ready still senses no obstacle; otherwise refuse it."""
         if self._seen.get(number) == self._ledger.grants:
             return True
         vehicle = self.vehicles[number]
@@ -103,7 +103,7 @@ class Motor:
         return True
 
     def look_again(self, numbers: Sequence[int]) -> None:
-        """Let vehicles look in this step whether they are ready."""
+        """Let vehicles check in this step whether they are ready."""
         for number in numbers:
             self._ledger.wake(self.vehicles[number])
 
@@ -113,12 +113,12 @@ class Motor:
         self._ledger.grant(self.vehicles[number])
 
     def refuse(self, number: int, reason: Reason) -> None:
-        """Let a vehicle stay, for a reason that messages have told it."""
+        """Refuse a vehicle for a reason that a message gave it."""
         again_s = None if reason in _PASSING else self._ledger.now_s + _REASK_S
         self._ledger.decisions += 1
         refusal = Refusal(str(reason)) if again_s is None else Refusal(str(reason), at_s=again_s)
         self._ledger.refuse(self.vehicles[number], refusal)
 
     def would_close(self, number: int) -> bool:
-        """Return whether a gate that sees all would refuse a vehicle: for figures only."""
+        """Return whether the gate would refuse a vehicle; only for figures."""
         return not self._admits(self.vehicles[number])

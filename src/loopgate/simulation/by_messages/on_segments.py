@@ -1,7 +1,7 @@
-"""Vehicles on segments that decide by Algorithm 2 from messages, in simulated time; see `decisions`.
+"""Vehicles on segments that decide by Algorithm 2 from messages, in simulated time.
 
-`loopgate.vehicles.survey` and `surveyor` say what a monitor and a vehicle do with a message. Here is the
-bridge between them and the road.
+`loopgate.vehicles.survey` and `surveyor` define what a monitor and a vehicle do with a message. This module
+connects them with the road; `decisions` does the same for queues.
 """
 
 from __future__ import annotations
@@ -27,26 +27,26 @@ from loopgate.vehicles.surveyor import Surveyor
 __all__ = ["DecisionsOnSegments"]
 
 _LEASE_S, _LEASE_DELAYS = 2.0, 60.0
-"""How long what a vehicle has looked at stays as it is [s], and how many delays longer."""
+"""How long a segment that a vehicle has looked at stays locked for it [s], plus so many mean delays."""
 
 _ANSWER_DELAYS, _SOON_S = 3.0, 0.05
-"""No answer takes longer than so many mean delays: monitors are joined by wire. A little more [s]."""
+"""No answer takes longer than so many mean delays, plus this time [s]: monitors are joined by wire."""
 
 _LATER_S = 2.0
-"""A vehicle that is refused asks again after this time at most, by lot [s]."""
+"""A refused vehicle asks again after a random time of at most this [s]."""
 
 _WHY = {Cause.FULL: Reason.OCCUPIED, Cause.BUSY: Reason.ANSWER}
 
 
 class _Again(NamedTuple):
-    """The end of a vehicle's patience with what it asked under this number."""
+    """A vehicle's wait for answers to its question of this number is over."""
 
     vehicle: int
     number: int
 
 
 class _Mind(NamedTuple):
-    """It comes to a vehicle's mind that no monitor has answered it."""
+    """A vehicle is reminded that no monitor has answered it."""
 
     vehicle: int
 
@@ -55,20 +55,20 @@ _Event = Word | _Again | _Mind
 
 
 class DecisionsOnSegments:
-    """The decisions of a run on segments, by vehicles and the monitors of shared segments.
+    """The decisions of a run on segments, made by vehicles and by the monitors of shared segments.
 
     Parameters
     ----------
     settings
-        Of the air.
+        Settings of the radio channel.
     seed
-        Draws what is lost, how long messages take, and when vehicles ask again.
+        Seed of losses, delays, and of the times when vehicles ask again.
     motor
-        What vehicles do and sense.
+        Senses and motors of the vehicles.
     shared
-        The segments to which several vehicles come, by name.
+        Names of the segments that several vehicles visit.
     lookahead
-        Of the gate.
+        Lookahead of the gate.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class DecisionsOnSegments:
         self._air, self._motor, self._shared, self._lookahead = self.radio.air, motor, shared, lookahead
         self._lots = Random(f"patience {seed}")
         self.monitors: dict[int, Monitor] = {}
-        """Of shared segments, by number."""
+        """The monitors of shared segments, by number."""
         self.cars: list[Surveyor] = []
         self.moves = self.unsafe = self.given_back = self.late = self.found = 0
         self.refused: Counter[str] = Counter()
@@ -89,14 +89,14 @@ class DecisionsOnSegments:
         self._moved_s: dict[int, float] = {}
         self._ready: dict[int, None] = {}
         self._held: dict[int, None] = {}
-        """Who has decided to go, and waits for the step or the crossing."""
+        """Vehicles that have decided to go, and wait for the next step or a free crossing."""
         self._later_s: dict[int, float] = {}
         self._repeating: set[int] = set()
         self._lease_s = _LEASE_S + _LEASE_DELAYS * settings.delay_s
         self._patience_s = max(1.0, 6.0 * settings.delay_s)
 
     def begin(self) -> None:
-        """Take over the first positions: each vehicle holds the one segment in which it stands."""
+        """Set the first positions: each vehicle holds the segment in which it stands."""
         motor = self._motor
         self.where = where = motor.where
         self.radio.over(where)
@@ -117,7 +117,7 @@ class DecisionsOnSegments:
         self._moved_s = dict.fromkeys(everybody, motor.now_s)
 
     def look(self, now_s: float) -> None:
-        """Let come what came since the last step, and let vehicles sense that their rears are out."""
+        """Deliver the messages since the last step, and note the rears that have left segments."""
         self._ready = {}
         while (event := self._air.next(now_s)) is not None:
             self._comes(event[0], cast("_Event", event[1]))
@@ -127,9 +127,10 @@ class DecisionsOnSegments:
         self._motor.look_again(list(self._held))
 
     def decide(self, ready: Sequence[int], now_s: float, *, first: bool) -> None:
-        """Let vehicles that are ready ask, the oldest first, and wait for answers for half a step.
+        """Let ready vehicles ask, oldest request first, and wait for answers for half a step.
 
-        `first`: whether these are the first of the step. Whoever has decided to go does so then.
+        `first`: whether these are the first vehicles of the step. Then vehicles that have decided to go do
+        so.
         """
         self._ready = dict.fromkeys(ready)
         if first:
@@ -148,7 +149,7 @@ class DecisionsOnSegments:
         self._ready = {}
 
     def _waits(self) -> bool:
-        """Return whether a vehicle that is ready has a question open."""
+        """Return whether a ready vehicle still waits for an answer."""
         return any(
             self.cars[number].survey is not None and number not in self._held for number in self._ready
         )
@@ -168,7 +169,7 @@ class DecisionsOnSegments:
             self._air.wake(at_s, _Again(number, self.cars[number].number))
 
     def _judge(self, number: int) -> None:
-        """Let a vehicle decide that has all answers."""
+        """Let a vehicle decide if it has all answers."""
         car = self.cars[number]
         decision = cars.decide(car)
         if decision is None or number in self._held or car.survey is None:
@@ -196,7 +197,7 @@ class DecisionsOnSegments:
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
-        """Let a vehicle go that has decided to, if that still holds and its crossing is free."""
+        """Let a vehicle go that has decided to, if its decision still holds and its crossing is free."""
         survey = self.cars[number].survey
         if survey is None:
             return
@@ -254,7 +255,7 @@ class DecisionsOnSegments:
             self._now(number, cars.told(car, message))
 
     def _now(self, number: int, answer: cars.Answer) -> None:
-        """Let a vehicle be so from now on, and say that; remind it, after a while, of what it has left."""
+        """Set a vehicle's new state and send its messages; remind it later of segments it has left."""
         self.cars[number], out = answer
         if number not in self._repeating and any(isinstance(message, Left) for message in out):
             self._repeating.add(number)

@@ -1,4 +1,4 @@
-"""The radio of a run: over which ways messages go, and how many go, of what kind and size."""
+"""The radio of a run: over which distances messages go, and how many, of what kind and size."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ __all__ = ["Radio"]
 E = TypeVar("E")
 
 _SPOT_M = 0.01
-"""Antennas that are no farther apart are at the same spot [m]."""
+"""Antennas nearer to each other than this are at the same spot [m]."""
 
 
 class Radio(Generic[E]):
@@ -38,20 +38,20 @@ class Radio(Generic[E]):
     Parameters
     ----------
     settings
-        Of the air.
+        Settings of the radio channel.
     seed
-        Draws what is lost, and how long messages take.
+        Seed of losses and delays.
 
     Attributes
     ----------
     air
-        Messages under way, and what else comes at a time.
+        Messages under way, and timed events.
     sent, sent_bytes
-        Transmissions, and what they hold as JSON [bytes], by kind.
+        Number of transmissions and their size as JSON [bytes], by kind.
     cut_off
-        Messages that did not come since the network was cut.
+        Number of messages that the cut of the network stopped.
     far_side
-        The places on one side of where the network is cut.
+        The places on one side of the cut.
     """
 
     def __init__(self, settings: AirSettings, seed: int) -> None:
@@ -63,11 +63,11 @@ class Radio(Generic[E]):
         self.far_side: frozenset[int] = frozenset()
 
     def over(self, where: Whereabouts) -> None:
-        """Measure ways by this."""
+        """Set the distances that messages travel."""
         self.where = where
 
     def _is_cut(self, now_s: float, places: Iterable[int], vehicle: int = -1) -> bool:
-        """Return whether the network is cut between these places, and a vehicle if there is one."""
+        """Return whether the cut separates these places, or a vehicle from them, now."""
         begin_s, lasts_s = self.settings.cut_at_s, self.settings.cut_s
         if not begin_s <= now_s < begin_s + lasts_s:
             return False
@@ -78,9 +78,9 @@ class Radio(Generic[E]):
         return True
 
     def say_as(self, number: int, out: Sequence[Message], now_s: float) -> None:
-        """Send what a vehicle says; what it tells both posts at a crossing is one transmission.
+        """Send a vehicle's messages; messages to both posts at a crossing are one transmission.
 
-        These hear it apart, and the wire of the crossing joins them: what one hears, both know.
+        Each post hears it or not by itself. A wire joins the two, so that both know what one of them hears.
         """
         together: list[list[Message]] = []
         for message in out:
@@ -101,7 +101,7 @@ class Radio(Generic[E]):
             self.air.send_together(now_s, comes)
 
     def say_from(self, place: int, message: Message, now_s: float) -> None:
-        """Send what a post says."""
+        """Send a message of a post."""
         places, vehicle = [place], -1
         if isinstance(message, Probe):
             stretches_m, places = [self.where.over_m[place, message.place]], [place, message.place]
@@ -125,9 +125,9 @@ class Radio(Generic[E]):
         places: Sequence[int],
         vehicle: int = -1,
     ) -> None:
-        """Send a message over these stretches, between these places, and to or from a vehicle.
+        """Send a message over these distances, between these places, and to or from a vehicle.
 
-        Antennas at the same spot are joined by wire: that takes no transmission, and nothing is lost.
+        A wire joins antennas at the same spot: it takes no transmission and loses nothing.
         """
         apart = [far_m for far_m in stretches_m if far_m > _SPOT_M]
         self._count(message, len(apart))
@@ -140,7 +140,7 @@ class Radio(Generic[E]):
             self.air.send(now_s, event, [self.where.to_m(number, place)])
 
     def _count(self, message: Message, times: int, *, again: bool = False) -> None:
-        """Count a message that is sent so many times, or as the second half of a transmission."""
+        """Count a message that is sent so many times, or that is the second half of a transmission."""
         kind = type(message).__name__
         self.sent[kind] += 0 if again else times
         self.sent_bytes[kind] += times * len(pack(encode(message)))

@@ -1,4 +1,4 @@
-"""The two halves of a network between which a radio cut stops messages."""
+"""Divides a network into two halves, for runs in which the radio between them is cut."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["far_side"]
 
 
 def far_side(itineraries: Iterable[Itinerary], number: Callable[[str], int | None]) -> frozenset[int]:
-    """Return the places in the eastern half of the network, which has as many places as the western half.
+    """Return the places in the eastern half of the network; both halves have equally many places.
 
     Parameters
     ----------

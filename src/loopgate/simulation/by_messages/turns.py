@@ -1,4 +1,4 @@
-"""Who asks first of vehicles whose crossings are free: the rules of pressure, from what each hears."""
+"""Decides which ready vehicle asks first: pressure, computed from what each vehicle has heard."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from loopgate.vehicles.post import Post
 __all__ = ["Turns"]
 
 _WAIT_S = 5.0
-"""A wait that counts as much as one vehicle in who speaks first [s]."""
+"""A wait this long counts as much as one vehicle of pressure [s]."""
 
 
 class Turns:
-    """The order of asking.
+    """The order in which ready vehicles ask.
 
     Parameters
     ----------
     motor
-        Knows the place of each vehicle, and since when it wants on.
+        Knows each vehicle's place, and since when it wants to go on.
     posts
-        By place.
+        The posts, by place.
     conflicts
-        By place, pairs of ways over the crossing before it that no two may take at a time.
+        For each place, the pairs of ways over the crossing before it that exclude each other.
     loss
-        The share of transmissions that are not heard.
+        Share of transmissions that are not heard.
     lots
-        Draws which.
+        Random numbers that choose these transmissions.
     """
 
     def __init__(
@@ -48,13 +48,13 @@ class Turns:
         return self._motor.where.place(number), self._motor.where.wanted(number)
 
     def hears(self, way: Way, asked: Iterable[Way]) -> bool:
-        """Return whether one who wants a way hears any of those ask for the same place, or in conflict."""
+        """Return whether a vehicle that wants `way` hears a request for the same place or in conflict."""
         conflicts = self._conflicts[way[1]]
         near = (other[1] == way[1] or (way, other) in conflicts for other in asked)
         return any(one and not self._deaf() for one in near)
 
     def pressure(self, number: int, now_s: float) -> float:
-        """Return how many are behind a vehicle more than ahead, as it heard, and how long it has waited."""
+        """Return the pressure of a vehicle: vehicles behind minus vehicles ahead, plus its wait."""
         here, ahead = (self._there(place) for place in self.way(number))
         return here - ahead + (now_s - self._motor.since_s(number)) / _WAIT_S
 
@@ -64,7 +64,7 @@ class Turns:
         return ahead, here
 
     def _there(self, place: int) -> int:
-        """Return how many are in a place, as its post says with each grant, and as often as one leaves."""
+        """Return how many vehicles are in a place, as its post last said."""
         return len(self._posts[place].line) + len(self._posts[place].rears)
 
     def _deaf(self) -> bool:

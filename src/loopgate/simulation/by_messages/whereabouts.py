@@ -1,4 +1,4 @@
-"""How far it is from a vehicle to the posts of places on its way, and over crossings from post to post."""
+"""Distances from vehicles to the posts of places on their paths, and between posts over crossings."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from loopgate.control.places import Leg, Place, Vehicle
 __all__ = ["Whereabouts", "path_of"]
 
 _BEHIND = 12
-"""So many places behind its last grant a vehicle may have to speak to a post."""
+"""A vehicle may have to speak to the posts of so many places behind its last grant."""
 
 
 def path_of(vehicle: Vehicle) -> list[Leg]:
-    """Return the legs of the closed path of a vehicle, from the first."""
+    """Return the legs of a vehicle's closed path, from the first leg."""
     legs, leg = [vehicle.leg], vehicle.leg.after
     while leg is not None and leg is not vehicle.leg:
         legs.append(leg)
@@ -23,7 +23,7 @@ def path_of(vehicle: Vehicle) -> list[Leg]:
 
 
 class _Way:
-    """The legs of a loop: where each begins and ends [m], the number of its place; length of a lap [m]."""
+    """The legs of a loop: where each begins and ends [m], the number of its place, and the lap length [m]."""
 
     def __init__(self, path: Sequence[Leg], lap_m: float, places: dict[Place, int]) -> None:
         self._begins_m, self._ends_m = [leg.begin_m for leg in path], [leg.end_m for leg in path]
@@ -31,35 +31,35 @@ class _Way:
         self._lap_m = lap_m
 
     def place(self, leg: int) -> int:
-        """Return the number of the place of a leg of the endless way."""
+        """Return the number of the place of a leg on the endless path."""
         return self.places[leg % len(self.places)]
 
     def begin_m(self, leg: int) -> float:
-        """Return where a leg of the endless way begins [m]."""
+        """Return where a leg on the endless path begins [m]."""
         lap, at = divmod(leg, len(self.places))
         return lap * self._lap_m + self._begins_m[at]
 
     def end_m(self, leg: int) -> float:
-        """Return where a leg of the endless way ends [m]."""
+        """Return where a leg on the endless path ends [m]."""
         lap, at = divmod(leg, len(self.places))
         return lap * self._lap_m + self._ends_m[at]
 
 
 class Whereabouts:
-    """Distances along the way, from the front of a vehicle to the nearer end of a place [m].
+    """Distances along the path from a vehicle's front to the nearer end of a place [m].
 
-    Posts have an antenna at each end of their places. Vehicles and places have numbers.
+    Posts have an antenna at each end of their place. Vehicles and places have numbers.
 
     Parameters
     ----------
     vehicles
-        By number. All drive round.
+        By number; all drive loops.
     """
 
     def __init__(self, vehicles: Sequence[Vehicle]) -> None:
         self._vehicles = vehicles
         self.number: dict[Place, int] = {}
-        """Of places to which vehicles come."""
+        """Numbers of the places that vehicles visit."""
         self.paths: dict[Leg, list[Leg]] = {}
         """The paths of vehicles, each once, by its first leg."""
         made: dict[Leg, _Way] = {}
@@ -71,9 +71,9 @@ class Whereabouts:
                 made[path[0]] = _Way(path, vehicle.lap_m, self.number)
             self._ways.append(made[path[0]])
         self.places = list(self.number)
-        """By number."""
+        """The places, by number."""
         self.over_m: dict[tuple[int, int], float] = {}
-        """From the end of a place over the crossing to the beginning of the next; the longest way [m]."""
+        """The longest distance from the end of a place over the crossing to the next place [m]."""
         for way in made.values():
             for leg, place in enumerate(way.places):
                 key = place, way.place(leg + 1)
@@ -81,20 +81,20 @@ class Whereabouts:
                 self.over_m[key] = max(over_m, self.over_m.get(key, 0.0))
 
     def place(self, vehicle: int) -> int:
-        """Return the place of the last grant to a vehicle."""
+        """Return the place that was last granted to a vehicle."""
         return self._ways[vehicle].place(self._vehicles[vehicle].granted)
 
     def wanted(self, vehicle: int) -> int:
-        """Return the place behind the last that was granted to a vehicle."""
+        """Return the place after the last place that was granted to a vehicle."""
         return self._ways[vehicle].place(self._vehicles[vehicle].granted + 1)
 
     def tail(self, vehicle: int) -> int:
-        """Return the leg of its endless way in which the rear of a vehicle is."""
+        """Return the leg on its endless path in which the rear of a vehicle is."""
         one = self._vehicles[vehicle]
         return one.granted + 1 - len(one.bodies)
 
     def stand(self, vehicle: int) -> tuple[tuple[int, ...], int, tuple[int, ...]]:
-        """Return the places of its loop, the position of its own there, and those that its rear is in."""
+        """Return the places of a vehicle's loop, the index of its own place, and the places with its rear."""
         way, granted = self._ways[vehicle], self._vehicles[vehicle].granted
         rears = tuple(way.place(leg) for leg in range(self.tail(vehicle), granted))
         return tuple(way.places), granted % len(way.places), rears
@@ -106,7 +106,7 @@ class Whereabouts:
                 yield leg
 
     def to_m(self, vehicle: int, place: int) -> float:
-        """Return how far it is to the post of a place, infinity if that is nowhere near."""
+        """Return the distance from a vehicle to the post of a place [m]; infinity if it is not near."""
         return min((self._leg_m(vehicle, leg) for leg in self._legs(vehicle, place)), default=inf)
 
     def _leg_m(self, vehicle: int, leg: int) -> float:
@@ -117,7 +117,7 @@ class Whereabouts:
         return behind_m if behind_m >= 0.0 else min(-before_m, -behind_m)
 
     def back_to_m(self, vehicle: int, place: int) -> list[float]:
-        """Return the stretches to a post left behind: to the nearest post, and from post to post [m]."""
+        """Return the hops of a message back to a post: to the nearest post, then from post to post [m]."""
         way, front_m = self._ways[vehicle], self._vehicles[vehicle].front_m
         for leg in self._legs(vehicle, place):
             if way.end_m(leg) <= front_m:
