@@ -1,4 +1,4 @@
-"""Assembles a run: network, vehicles with their loops, states, and starts."""
+"""Reads the parts of a run and fits them together before SUMO starts."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -43,7 +43,7 @@ _MOST_LOOPS = 40
 
 @dataclass(frozen=True, slots=True)
 class Wishes:
-    """Weights of streets, and the streets of each district."""
+    """Weights of streets, and the streets of each district, as the user gives them."""
 
     weights: Mapping[str, float] = field(default_factory=dict)
     districts: Mapping[str, Sequence[str]] = field(default_factory=dict)
@@ -55,37 +55,40 @@ class Assembly:
 
     Attributes
     ----------
+    network
+        The roads.
     loops
-        All loops that vehicles drive on.
+        All loops that vehicles drive.
     starts, tracks
-        One per vehicle.
+        Start and path of each vehicle that is there from the beginning.
     abstraction
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
-        Warnings for the user about how it was put together.
+        Warnings for the user about the vehicles and their loops.
     unforeseen
-        The vehicles of which it cannot be told when they will be past a crossing.
+        The vehicles for which the time to clear a crossing cannot be predicted.
     wishes
-        The user's wishes for the watch.
+        Weights of streets, and districts.
     departures
-        Vehicles that depart later, in that order.
+        Vehicles that depart later, in the order of time.
     stops
-        Where vehicles stop in every round, by vehicle, in the order of its loop.
+        For each vehicle, its stops in a round, in the order of its loop.
     stop_files
-        Additional files that hold the places of these.
+        Additional files with the stopping places.
     vehicle_files
-        Additional files that hold some of the vehicles, among other things.
+        Additional files with some of the vehicles.
     begin_s
         When the simulation begins [s].
     ordinary, ungated
-        Vehicles of the route file that are not under the gate; the latter as the file has them.
-    anew, other_ways
-        The vehicles that drive once and are led another way where that is quicker, by name; and one of no
-        name on each further way that there is for that, and on each loop that leads round something.
+        Vehicles of the route file that are not under the gate; `ungated` is written as the file has them.
+    anew
+        For each trip that may be rerouted, the policy.
+    other_ways
+        One nameless vehicle on each further path for these trips, and on each detour.
     incidents
-        Streets that are closed and vehicles that break down.
+        Closed streets and vehicles that break down.
     detours
-        By the name of each loop that leads round something the name of the loop that it is a detour of.
+        By name of a detour, the name of the loop that it replaces.
     """
 
     network: RoadNetwork
@@ -110,7 +113,7 @@ class Assembly:
 
     @property
     def contains(self) -> bool:
-        """Whether anything may stand for long that vehicles are led round."""
+        """Whether something may stand for long, so that vehicles must be led round it."""
         return bool(self.incidents.closures or self.incidents.breakdowns or self.detours)
 
     @cached_property
@@ -130,16 +133,16 @@ class Assembly:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """The names of the vehicles."""
+        """The names of all vehicles."""
         return tuple(start.vehicle for start in self.everybody)
 
 
 def assemble(scenario: Scenario) -> Assembly:
-    """Read the network and the loops, build the abstraction, place the vehicles.
+    """Read the network and the vehicles, build the abstraction, and place the vehicles.
 
-    The loops and starting places depend on the loops' seed and the seed, not on the gate, so that gates
-    are compared on the same vehicles. Under ``open`` there may be more vehicles than the abstraction
-    allows; they are then spread over the loops without it.
+    The loops and starting places depend on the loops' seed and the seed, not on the gate, so that gates are
+    compared on the same vehicles. Under ``open`` there may be more vehicles than the abstraction allows; they
+    are then spread over the loops without it.
 
     Raises
     ------
@@ -163,7 +166,7 @@ def assemble(scenario: Scenario) -> Assembly:
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
     if scenario.gated or scenario.abstraction != "segments" or distinct:
-        # The first who comes shows the states; nobody stands in them yet.
+        # The first later vehicle shows the states; no vehicle stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
     unstopping = cannot_stop(later, abstraction) if scenario.gated else {}
     apart |= unstopping
@@ -189,7 +192,7 @@ def assemble(scenario: Scenario) -> Assembly:
             for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
         )
     departures, other_ways = departures[: len(later)], departures[len(later) :]
-    if detours.own:  # vehicles may go on by other loops than those of their types in SUMO
+    if detours.own:  # vehicles may change to loops that their types in SUMO do not know
         tracks = [replace(track, renews=True) for track in tracks]
         departures, other_ways = (tuple(map(_renewing, some)) for some in (departures, other_ways))
     source = scenario.routes or scenario.network
@@ -220,7 +223,7 @@ def assemble(scenario: Scenario) -> Assembly:
 
 
 def _renewing(one: Departure) -> Departure:
-    """Return a departure whose route the drive renews."""
+    """Return a departure whose route loopgate renews, not SUMO."""
     return replace(one, track=replace(one.track, renews=True)) if one.track and one.track.rounds else one
 
 
@@ -237,7 +240,10 @@ def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Vehi
 def read_vehicles(
     scenario: Scenario, network: RoadNetwork
 ) -> tuple[list[VehicleDemand], tuple[str, ...], RoutesFile | None]:
-    """Return the vehicles: the route file's, unless a number of them is asked for; warnings; the file."""
+    """Return the vehicles, warnings, and the route file if there is one.
+
+    If the scenario asks for a number of vehicles, the file only gives their loops.
+    """
     vehicles, warnings, file = _read_vehicles(scenario, network)
     if scenario.drivers == "machine":
         vehicles = driven_by_machines(vehicles, scenario.step_s)
@@ -273,7 +279,7 @@ def _read_vehicles(
 
 
 def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:
-    """Warn of the number of trips that depart at no time of the run."""
+    """Warn about the trips that depart outside the time of the run."""
     late = [v for v in file.vehicles if v.once and not v.flow and not begin_s <= v.depart_s < end_s]
     if not late:
         return ()
@@ -289,7 +295,10 @@ def _place(
     vehicles: Sequence[VehicleDemand],
     abstraction: Abstraction | None,
 ) -> tuple[list[VehicleStart], list[Track]]:
-    """Return starts and tracks of the vehicles there from the beginning; no gate means no states."""
+    """Return starts and paths of the vehicles that are there from the beginning.
+
+    Without a gate, the paths have no states.
+    """
     starts, tracks = [], []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
     for number, (vehicle, front_m) in enumerate(zip(vehicles, fronts_m, strict=False)):
@@ -305,7 +314,7 @@ def _place(
 
 
 def _driven(scenario: Scenario, vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:
-    """Return a vehicle as it is driven: without these devices, by advice or not."""
+    """Return a vehicle without these devices, and with a type for speed advice if the scenario advises."""
     bare = without_devices(vehicle, devices) if devices else vehicle
     return replace(bare, type=advised_type(bare.type)) if scenario.rule_for_spacing == "advice" else bare
 
@@ -317,7 +326,7 @@ def _alone(scenario: Scenario, loops: Sequence[Loop]) -> tuple[str, ...]:
 
 
 def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) -> Wishes:
-    """Read weights and districts; an edge lies in a district only if it is open to some vehicle."""
+    """Read weights and districts; an edge belongs to a district only if some vehicle may drive on it."""
     return Wishes(
         read_weights(network, scenario.weights) if scenario.weights else {},
         read_districts(network, scenario.districts, classes) if scenario.districts else {},
@@ -325,11 +334,11 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
 
 
 def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> dict[str, str]:
-    """Refuse types that no gate can drive; return the peculiarities of the other types, by name."""
+    """Refuse types that no gate can drive; return, by name, the types that cannot be foreseen and why."""
     kinds = [vehicle.type for vehicle in vehicles]
     check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
     if scenario.abstraction != "queues":
-        return {}  # nothing is foreseen where there are no crossings
+        return {}  # on segments there are no crossings to clear
     return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
 
 

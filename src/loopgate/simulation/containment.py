@@ -1,4 +1,4 @@
-"""Contains vehicles that stand: no vehicle is let in behind them, and loops are led round them."""
+"""Contains vehicles that stand: closes places behind them, and leads other vehicles round them."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
 
 _EVERY_S = 1.0
-"""Vehicles are looked at so often [s], to be led another way."""
+"""Vehicles are led to other paths in this interval [s]."""
 
 _TRAPPED_S = 60.0
-"""A vehicle that stands on a crossing for so long, while another stands for good, cannot leave it [s]."""
+"""A vehicle that has stood this long on a crossing behind a vehicle that stands for good is trapped [s]."""
 
 _STILL_MPS = 0.1
 
@@ -31,7 +31,7 @@ CLOSED, BROKEN, STOPS, TRAPPED = "closed", "breakdown", "stop", "trapped"
 
 @dataclass(slots=True)
 class Blocked:
-    """A blocked place: since when, why, behind which vehicle, and until when [s]."""
+    """A blocked place: since when [s], why, because of which vehicle, and until when [s]."""
 
     place: str
     why: str
@@ -40,7 +40,7 @@ class Blocked:
     to_s: float | None = None
 
     def figures(self) -> dict[str, Any]:
-        """Return it for ``summary.json``."""
+        """Return these facts for ``summary.json``."""
         return {
             "place": self.place,
             "why": self.why,
@@ -62,35 +62,37 @@ class Standing(Protocol):
         """Whether a vehicle that breaks down has to be told to stand."""
 
     def at_long_stop(self) -> list[str]:
-        """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
+        """Return the vehicles that stand on the road at a stop that is long or has no known end."""
 
     def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether a vehicle has stops of its own, and so has to stay on its loop."""
+        """Return whether a vehicle has stops of its own, so that it must stay on its loop."""
 
 
 class Containment:
-    """Shuts the places in which something stands, and leads vehicles on loops through them round it.
+    """Shuts the places in which something stands, and leads vehicles on loops round them.
 
     A place is blocked while its edge or lane is closed, and while a vehicle stands in it that has broken
     down, is at a long stop on the road, or is trapped on a crossing behind such a vehicle. A place is lost
-    while its first vehicle waits for a blocked place and has no other way. Where no vehicle waits for a
-    blocked place everyone else goes on, since whether everyone can go on depends on where vehicles are only
-    by circles of full places, and on their loops only by (S) (see `loopgate.gates.certified.crowding`). So a
-    vehicle is led to another loop only if no circle of full places closes by it and (S) holds with it. When
-    a place is free again vehicles go back to their own loops by the same rule.
+    while its first vehicle waits for a blocked place and has no other path.
+
+    Where no vehicle waits for a blocked place, every other vehicle can go on. Whether it can depends on the
+    positions of vehicles only through circles of full places, and on their loops only through condition (S)
+    of `loopgate.gates.certified.crowding`. So a vehicle is led to another loop only if this closes no circle
+    of full places and (S) holds. When a place is free again, vehicles return to their own loops by the same
+    rule.
 
     Parameters
     ----------
     standing
-        What stands.
+        Tells what stands.
     ways
-        The loops, and the loops round what may stand on them.
+        The loops, and the detours round what may stand on them.
     waits
-        Whether vehicles wait behind one that stands; what is closed is shut all the same.
+        Whether vehicles wait behind a vehicle that stands; closed roads are shut in any case.
     gated
-        Whether a gate rules: without one vehicles break down, and that is all.
+        Whether a gate rules. Without a gate, vehicles break down and nothing else happens.
     leaves
-        Whether vehicles without a way leave the road.
+        Whether vehicles without another path leave the road.
     """
 
     def __init__(
@@ -113,34 +115,37 @@ class Containment:
         """The vehicles at long stops."""
         self._waits, self._gated = waits, gated
         self.roadside = Roadside(traffic, leading, recorder) if leaves else None
-        """What parks vehicles without a way; None if these wait on the road."""
+        """Parks vehicles without another path; None if they wait on the road."""
         self._ways = ways
         self._still_s: dict[str, float] = {}
-        """Since when vehicles stand that are in more than one place [s]."""
+        """Since when vehicles that are in more than one place stand [s]."""
         self._stuck: set[str] = set()
-        """The junctions across which something stands."""
+        """The junctions across which a vehicle stands."""
         self._stand: set[str] = set()
-        """The vehicles that stand for long on the road."""
+        """The vehicles that stand on the road for long."""
         self._cut_offs: set[str] = set()
         """The first vehicles of lost places."""
         self._lost: dict[str, None] = {}
-        """Places that nobody can leave, since no way leads their first vehicle round what stands."""
+        """The lost places: no path leads their first vehicle round what stands."""
         self._next_s = 0.0
         self.blocked: dict[str, Blocked] = {}
         """The places that are blocked now."""
         self.past: list[Blocked] = []
-        """Those that were."""
+        """The places that were blocked before."""
         self.turns: defaultdict[str, list[TurnOff]] = defaultdict(list)
-        """The turns that vehicles took, by name."""
+        """The changes to other paths, by name of the vehicle."""
         self._no_way: dict[str, None] = {}
-        """Loops that no way led round what stood."""
+        """The loops of vehicles that found no path round what stood."""
 
     def go_by(self, ways: WaysRound) -> None:
-        """Lead vehicles by other ways from now on."""
+        """Use other detours from now on."""
         self._ways = ways
 
     def look(self) -> None:
-        """Stop vehicles that break down, shut blocked places, lead vehicles round them; call in each step."""
+        """Stop vehicles that break down, shut blocked places, and lead vehicles round them.
+
+        Call it in each step.
+        """
         now = self._traffic.now_s
         self._break_down(now)
         if not self._gated:
@@ -168,7 +173,7 @@ class Containment:
         self._leading.withhold((self.broken | self._cut_offs) & self._leading.driver_of.keys())
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
-        """Yield the places that are blocked, each with why and by which vehicle."""
+        """Yield the blocked places, each with the reason and the vehicle."""
         for closure in self._standing.incidents.closed_at(now):
             places = self._ways.on_lane[closure.lane] if closure.lane else self._ways.on_edge[closure.edge]
             for place in sorted(places):
@@ -188,7 +193,7 @@ class Containment:
                 yield from ((driver.leg(leg).state, (why, vehicle)) for leg in driver.held)
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
-        """Return the vehicles that have long stood on a crossing, behind something that stands there."""
+        """Return the vehicles that have stood on a crossing for a minute behind something that stands."""
         still = [
             driver.id
             for driver in self._leading.driver_of.values()
@@ -209,9 +214,10 @@ class Containment:
                 self._recorder.note(now, vehicle, Event.BLOCK, place, why)
 
     def _find_lost(self) -> dict[str, None]:
-        """Return the places whose first vehicle waits for a blocked place, and has no other way.
+        """Return the places whose first vehicle waits for a blocked place and has no other path.
 
-        Vehicles that have another way keep out of these; a vehicle that has none may wait there.
+        Vehicles that have another path keep out of these places; a vehicle without another path may wait
+        there.
         """
         lost: dict[str, None] = {}
         firsts: dict[str, LedVehicle] = {}
@@ -233,7 +239,7 @@ class Containment:
             lost |= dict.fromkeys(sorted(more))
 
     def _cut_off(self, driver: LedVehicle, lost: Container[str]) -> bool:
-        """Return whether the first vehicle of a place cannot go on by its way."""
+        """Return whether the first vehicle of a place cannot go on along its path."""
         place = driver.leg(driver.granted + 1).state
         if place in self.blocked or (place in lost and self._is_full(place)):
             return True
@@ -242,18 +248,18 @@ class Containment:
         return not self._stand.isdisjoint(self._leading.waits_behind(driver.id))
 
     def _is_full(self, place: str) -> bool:
-        """Return whether a place has been granted to as many vehicles as it holds."""
+        """Return whether a place has as many vehicles in line as slots."""
         return len(self._leading.line(place)) >= self._leading.slots(place)
 
     def _has_way(self, driver: LedVehicle) -> bool:
-        """Return whether a vehicle can go on by some way."""
+        """Return whether a vehicle can go on along another path."""
         ways = self._ways.others(driver)
         return not self._standing.keeps_loop(driver.id) and any(
             self._ways.free_legs(track, at) > 0 for track, at in ways
         )
 
     def _lead(self) -> None:
-        """Lead vehicles on by the ways on which nothing is blocked, or is farthest."""
+        """Lead vehicles to the paths on which nothing is blocked, or the blocked place is farthest away."""
         self._cut_offs = set()
         if not self.blocked and not self.turns:
             return
@@ -281,7 +287,7 @@ class Containment:
                 self._leave(driver)
 
     def _clear(self) -> None:
-        """Let vehicles leave the road that stand behind another in its place; call others back."""
+        """Let vehicles that stand behind another in its place leave the road; call other vehicles back."""
         if self.roadside is None:
             return
         for place, one in self.blocked.items():
@@ -293,18 +299,18 @@ class Containment:
         self.roadside.look(self.blocked.keys() | self._lost.keys())
 
     def _leave(self, driver: LedVehicle) -> None:
-        """Let a vehicle without a way leave the road, with ``standing="leave"``; not a vehicle with stops."""
+        """Let a vehicle without another path leave the road, with ``standing="leave"`` and no own stops."""
         if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
             self.roadside.take(driver)
 
     def _turn(self, driver: LedVehicle, track: Track, position: int) -> None:
-        """Lead a vehicle on by another way from its place, if everyone can go on then."""
+        """Lead a vehicle to another path from its place, if every vehicle can still go on."""
         before = driver.granted
         if self._everyone_goes_on(driver, track) and self._leading.turn_off(driver.id, track, position):
             self.turns[driver.id].append(TurnOff(before, track.loop, position))
 
     def _everyone_goes_on(self, driver: LedVehicle, track: Track) -> bool:
-        """Return whether (S) holds with a vehicle on another way."""
+        """Return whether condition (S) holds with a vehicle on another path."""
         every = self._leading.driver_of.values()
         tracks = [other.track if other is not driver else track for other in every]
         number: dict[str, int] = {}
@@ -314,13 +320,13 @@ class Containment:
         return find_crowd(loops, [max(SPARE, self._leading.slots(place)) for place in number]) is None
 
     def why(self, vehicle: str) -> str:
-        """Return why a vehicle stands, if it has broken down or is at a long stop; else an empty text."""
+        """Return the reason if a vehicle has broken down or is at a long stop; else an empty text."""
         if vehicle in self.broken:
             return BROKEN
         return STOPS if vehicle in self._at_stops else ""
 
     def reason(self, vehicle: str) -> str:
-        """Return why a vehicle stands, or why the place is blocked that it waits for; else an empty text."""
+        """Return why a vehicle stands, or why the place that it waits for is blocked; else an empty text."""
         driver = self._leading.driver_of.get(vehicle)
         ahead = self.blocked.get(driver.leg(driver.granted + 1).state) if driver is not None else None
         return self.why(vehicle) or (ahead.why if ahead is not None else "")

@@ -1,4 +1,4 @@
-"""Vehicles that depart during a run: when they wanted to, when they did, and what they did there."""
+"""Vehicles that depart during a run: wanted and real departure times, and figures of their arrivals."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -10,16 +10,16 @@ from loopgate.simulation.demand.placing import Departure
 
 @dataclass(frozen=True, slots=True)
 class Arrived:
-    """The facts about a vehicle that has arrived.
+    """What a vehicle did that has arrived.
 
     Attributes
     ----------
     at_s
-        When it did [s].
+        When it arrived [s].
     distance_m, hold_s, stood_s, longest_wait_s
-        How far it drove, how long it stood at gates and in all, and waited for one grant at most.
+        Its distance [m], hold time, standing time and longest wait for a grant [s].
     odometer_m, top_mps
-        What its odometer read a step before [m], and how fast it can drive [m/s].
+        Its odometer one step before [m], and its top speed [m/s].
     """
 
     at_s: float
@@ -32,12 +32,12 @@ class Arrived:
 
 
 class Departures:
-    """The planned and the real departure times of vehicles.
+    """Wanted and real departure times of vehicles.
 
     Parameters
     ----------
     departures
-        In the order in which they want to.
+        In the order of the wanted times.
     """
 
     def __init__(self, departures: Sequence[Departure]) -> None:
@@ -47,7 +47,7 @@ class Departures:
         self.departed_s: dict[str, float] = {}
         """When vehicles departed [s]."""
         self.arrived: dict[str, Arrived] = {}
-        """The vehicles that have driven their routes to the end."""
+        """The vehicles that have driven their routes to the end, by name."""
 
     @property
     def over(self) -> bool:
@@ -55,10 +55,10 @@ class Departures:
         return not self._coming
 
     def look(self) -> None:
-        """Let vehicles depart that are due after a step."""
+        """Let the vehicles depart that are due; call it after each step."""
 
     def delay_s(self, vehicle: str, now_s: float) -> float:
-        """Return the time that a vehicle waited to depart, or has waited so far [s]."""
+        """Return how long a vehicle waited to depart, or has waited so far [s]."""
         wanted_s = self.wanted_s.get(vehicle, now_s)
         return max(0.0, self.departed_s.get(vehicle, now_s) - wanted_s) if vehicle in self.wanted_s else 0.0
 

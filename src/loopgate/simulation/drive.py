@@ -1,4 +1,4 @@
-"""What drives the vehicles of a run, as the run and its observers ask it."""
+"""The one object through which a run and its observers drive vehicles and ask about them."""
 
 from __future__ import annotations
 
@@ -29,26 +29,27 @@ from loopgate.traffic.base import Traffic
 class Drive:
     """Drives the vehicles of a run through the ledger, step by step.
 
-    Vehicles have numbers, which hold until `changes` grows; `granted` and `fronts` are by number.
+    Vehicles have numbers. `granted` and `fronts` are in the order of these numbers, which stay the same while
+    `changes` does.
 
     Parameters
     ----------
     driving
-        Drives nobody yet.
+        Drives the vehicles; it has none yet.
     ways
-        Of the vehicles that are there from the beginning.
+        Paths of the vehicles that are there from the beginning.
     gate
-        Whose promise holds; None while nobody is there.
+        The gate whose promise holds; None while there are no vehicles.
     slack
-        Of ordinary traffic, if there is any.
+        Finds blockers in ordinary traffic; None without ordinary traffic.
     asked
-        The gate, if it is another than the chain rule.
+        The gate as a rule, if it is not the chain rule.
     by_messages
-        Vehicles that decide by messages, if they do.
+        Lets vehicles decide by messages, if they do.
     """
 
     gate: Gate
-    """Whose promise holds."""
+    """The gate whose promise holds."""
 
     def __init__(
         self,
@@ -72,7 +73,7 @@ class Drive:
 
     @property
     def _by_gate(self) -> Callable[[Vehicle], list[str]] | None:
-        """Name those by whom the gate refuses a vehicle, where not the chain rule decides."""
+        """Returns the vehicles for which a gate refuses a vehicle; None if the chain rule decides."""
         return self._asked.blockers if self._asked is not None and self._asked.decides else None
 
     def _time(self, decisions: int, took_s: float) -> None:
@@ -81,7 +82,7 @@ class Drive:
 
     @property
     def decision_us(self) -> Mapping[str, Histogram]:
-        """Times of the decisions [us]: each counts as the mean of its step."""
+        """Times of the decisions by stage [us]; a decision counts with the mean of its step."""
         if self._by_messages:
             return {STAGE: self._times}
         by_chain = {CHAIN: self._times} if self._asked is None or self._times.count else {}
@@ -89,7 +90,7 @@ class Drive:
 
     @property
     def sent(self) -> int:
-        """How many messages between vehicles the decisions cost."""
+        """Number of messages between vehicles for the decisions."""
         if self._by_messages:
             return self._by_messages.sent
         return self._asked.messages if self._asked else 0
@@ -100,12 +101,12 @@ class Drive:
         return self._ledger.refusals
 
     def report(self) -> Mapping[str, Any]:
-        """Return the figures of messages, if vehicles decide by them."""
+        """Return the figures of messages for ``summary.json``, if vehicles decide by messages."""
         return self._by_messages.report() if self._by_messages else {}
 
     @property
     def changes(self) -> int:
-        """How often vehicles have got other numbers, or others have come."""
+        """How often vehicles have come, gone or got other numbers."""
         return self.driving.changes
 
     @property
@@ -115,16 +116,16 @@ class Drive:
 
     @property
     def leaps(self) -> list[tuple[str, float, float]]:
-        """Whose odometers have leapt, when [s], and by how much [m]."""
+        """Vehicle, time [s] and length [m] of each leap of an odometer."""
         return self.driving.accounts.leaps
 
     def begin(self) -> None:
-        """Make the first step, in which all vehicles appear, and take them over.
+        """Make the first step, in which all vehicles appear, and put them under the ledger.
 
         Raises
         ------
         TrafficError
-            If a vehicle could not be inserted at its start.
+            If SUMO could not insert a vehicle at its start.
         """
         self._traffic.step()
         on_road = set(self._traffic.vehicles())
@@ -136,24 +137,24 @@ class Drive:
         self.driving.take_in(self._ways)
 
     def step(self) -> None:
-        """Advance the traffic by one step and do what is due."""
+        """Advance SUMO by one step, and let the ledger act."""
         self.driving.step()
 
     def jumped(self, vehicle: str, skipped_m: float) -> None:
-        """Take note that the simulator moved a vehicle ahead under no gate [m]."""
+        """Note that SUMO moved a vehicle `skipped_m` ahead; only a run without a gate does so."""
         self.driving.jumped(vehicle, skipped_m)
 
     def measure_from_now(self) -> None:
-        """Let all figures begin now: the warm-up is over."""
+        """Begin the measured time: set all figures to zero."""
         for account in self.records.values():
             account.measure_from_now(self._traffic.now_s)
 
     def count_from(self, at_s: float) -> None:
-        """Count the time that vehicles stand only from then on [s]."""
+        """Count standing times only from this time [s]."""
         self.driving.accounts.counts_from_s = at_s
 
     def settle(self) -> None:
-        """Hand over all events so far."""
+        """Hand all events so far to the recorder."""
         rows = self.driving.rows
         if rows:
             code = self._recorder.code
@@ -169,56 +170,62 @@ class Drive:
         return self._ledger.vehicles.values()
 
     def names(self) -> Sequence[str]:
-        """Return the vehicles by number."""
+        """Return the names of the vehicles, in the order of their numbers."""
         return self.driving.fronts.names
 
     def granted(self) -> Ints:
-        """Return the number of the last leg granted to each."""
+        """Return the number of the last leg granted to each vehicle."""
         return np.array([diary.vehicle.granted for diary in self.driving.diaries], dtype=np.int64)
 
     def fronts(self) -> Floats:
-        """Return where their fronts were after the last step, along their loops, laps counted on [m]."""
+        """Return each front's arc length along its path after the last step [m]; laps add up."""
         return self.driving.fronts.at_m
 
     def odometers(self) -> tuple[Sequence[str], Floats]:
-        """Return the vehicles, and what their odometers read after the last step [m]."""
+        """Return the names of the vehicles, and their odometers after the last step [m]."""
         return self.driving.fronts.names, self.driving.fronts.odometers()
 
     def take_flow(self) -> tuple[int, float, float, int]:
-        """Return how many there are, and since the last call the mean number that stand, metres, and laps."""
+        """Return the number of vehicles and the flow since the last call.
+
+        The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
+        """
         return self.driving.accounts.take_flow()
 
     @property
     def records(self) -> Mapping[str, Account]:
-        """What the vehicles on the road have done, by name."""
+        """The counters of the vehicles on the road, by name."""
         return self.driving.accounts.of
 
     @property
     def stood_s(self) -> Mapping[str, float]:
-        """For how long vehicles have stood on each edge [s]."""
+        """How long vehicles have stood on each edge [s]."""
         return self.driving.accounts.stood_s
 
     @property
     def overruns(self) -> int:
-        """Refused vehicles that could not brake for their line: should be none."""
+        """How often a refused vehicle could not stop at its stop line; should be 0."""
         return self.driving.brakes.overruns
 
     @property
     def trespasses(self) -> int:
-        """How often a front was in a state that was not granted: should be never."""
+        """How often a front entered a state that was not granted; should be 0."""
         return self._ledger.trespasses
 
     @property
     def strays(self) -> int:
-        """How many vehicles SUMO has put on another lane than their loop's."""
+        """How many vehicles SUMO has taken to a lane outside their loop."""
         return self.driving.steering.strays
 
     def trespasses_now(self, vehicle: str) -> bool:
-        """Return whether a vehicle is where it was granted nothing."""
+        """Return whether a vehicle is in a state that was not granted."""
         return self._ledger.vehicles[vehicle].trespasses()
 
     def refused(self, vehicle: str) -> Callable[[], tuple[list[list[str]], str]] | None:
-        """Return what tells whom a refused vehicle waits for, and the state it wants; None if it is not."""
+        """Return a function that tells what blocks a held vehicle; None if the vehicle is not held.
+
+        The function returns the blockers as sets of names, and the state that the vehicle wants.
+        """
         account = self.records.get(vehicle)
         return None if account is None or account.halted_s == inf else partial(self._refusal, vehicle)
 
@@ -229,7 +236,7 @@ class Drive:
         return sets, self.wanted(name)
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
-        """Return the vehicles that one waits for: the first in its line, else those that block it."""
+        """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
         every = self._ledger.vehicles
         return [other.name for other in ahead(every[vehicle], every.values(), self._by_gate)]
 
@@ -238,9 +245,9 @@ class Drive:
         return self._ledger.vehicles[vehicle].asks
 
     def reason(self, vehicle: str) -> str:
-        """Return why it was refused last, or an empty text."""
+        """Return why a vehicle was last refused, or an empty text."""
         return self._ledger.vehicles[vehicle].reason
 
     def wanted(self, vehicle: str) -> str:
-        """Return the state that it wants next."""
+        """Return the state that a vehicle wants next."""
         return self.driving.wanted(self._ledger.vehicles[vehicle])

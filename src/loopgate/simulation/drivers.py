@@ -1,4 +1,4 @@
-"""Drivers: as SUMO models humans, or as a controlled vehicle drives."""
+"""Vehicle types with other drivers: automated driving, and driving by speed advice."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,10 +7,10 @@ from loopgate.control.spacing import FASTEST
 from loopgate.network import VehicleDemand, VehicleType
 
 _MACHINE = "@machine"
-"""Is at the end of the names of such types, beside those of the file."""
+"""Ends the names of types that are driven automatically."""
 
 _HEADWAY_S = 0.5
-"""The headway that a controlled vehicle keeps, if a step is not longer [s]."""
+"""Headway of an automated vehicle, if a step is not longer [s]."""
 
 
 def as_machine(kind: VehicleType, step_s: float) -> VehicleType:
@@ -48,7 +48,7 @@ def type_name(kind: VehicleType) -> str:
 
 
 def driven_by_machines(vehicles: Sequence[VehicleDemand], step_s: float) -> list[VehicleDemand]:
-    """Return the vehicles with drivers of automated vehicles; equal types stay one type."""
+    """Return the vehicles with automated drivers; vehicles of one type keep one type."""
     once: dict[int, VehicleType] = {}
     for vehicle in vehicles:
         if id(vehicle.type) not in once:

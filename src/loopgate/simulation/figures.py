@@ -1,4 +1,4 @@
-"""Figures of the parts of a run."""
+"""Interface of the parts of a run that report figures, and the figures of stops."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Made:
 
 
 class Reports(Protocol):
-    """What has figures at the end of a run."""
+    """A part of a run that reports figures at the end."""
 
     def report(self) -> Mapping[str, Any]:
         """Return figures for ``summary.json``."""

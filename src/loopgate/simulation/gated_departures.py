@@ -1,4 +1,4 @@
-"""Departures and arrivals of vehicles that the ledger drives."""
+"""Departures and arrivals of vehicles in a gated run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from loopgate.traffic.base import Traffic
 
 
 def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
-    """Return the vehicles that are to depart, in order."""
+    """Return the vehicles that are to depart, in order, as the ledger takes them."""
     found = list[Due]()
     for one in departures:
         if one.track is not None:
@@ -34,17 +34,17 @@ def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
 
 
 class GatedDepartures(Departures):
-    """When vehicles wanted to depart, when they did, and what those did that have arrived.
+    """Wanted and real departure times of gated vehicles, and figures of the vehicles that have arrived.
 
     Parameters
     ----------
     driving
-        Drives all that are there from the beginning.
+        Drives the vehicles that are there from the beginning.
     slots
-        How many vehicles all places on the road hold.
+        Number of slots of all places on the road.
     admits
-        Whether the gate admits a vehicle that is to come; where the chain rule decides by itself, condition
-        (S) of `loopgate.gates.certified.crowding` says it of those that drive round.
+            Returns whether the gate would admit a further vehicle. By default, condition (S) of
+        `loopgate.gates.certified.crowding` decides for vehicles on loops.
     """
 
     def __init__(
@@ -76,14 +76,14 @@ class GatedDepartures(Departures):
         return len(self.departed_s) == len(self._due) and not self._driving.ledger.vehicles
 
     def look(self) -> None:
-        """Insert the vehicles that are due and may depart."""
-        if self._rules is None:  # all who are there from the beginning are there now
+        """Let vehicles depart that are due and may."""
+        if self._rules is None:  # by now the vehicles of the beginning are on the road
             rules = self._traffic, self._driving, self._due, self._slots
             self._rules = Rules(*rules, admits=self._admits, heeds_crowds=self._heeds_crowds)
         self._rules.look()
 
     def _may_stay(self, way: Way) -> bool:
-        """Return whether all can go on for ever, trips to come too, with one more that drives round."""
+        """Return whether all vehicles, later trips too, can go on for ever with one more on a loop."""
         driving = self._driving
         if way.legs[-1].away:
             return True
@@ -96,7 +96,7 @@ class GatedDepartures(Departures):
         return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
 
     def _leaves(self, account: Account, _why: str) -> None:
-        """Take note of what a vehicle did that has arrived."""
+        """Store the figures of a vehicle that has arrived."""
         now_s, vehicle = self._traffic.now_s, account.vehicle
         self.arrived[vehicle.name] = Arrived(
             now_s,

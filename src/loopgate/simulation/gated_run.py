@@ -1,4 +1,4 @@
-"""A run under a gate: the ledger (`loopgate.control`), laid out from an assembly, and all that feeds it."""
+"""Opens a gated run: makes the ledger and the parts around it from an assembly."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ from loopgate.traffic.base import Traffic
 
 
 def check(scenario: Scenario, assembly: Assembly) -> None:
-    """Refuse a scenario in which something would be left out.
+    """Refuse a scenario of which a gated run would leave something out.
 
     Raises
     ------
     ScenarioError
-        The text names what is missing.
+        The text names what it would leave out.
     """
     beside = (assembly.departures, assembly.stops, assembly.others)
     if scenario.by_messages is not None and any(beside):
@@ -61,7 +61,7 @@ def check(scenario: Scenario, assembly: Assembly) -> None:
 
 
 def later_ways(assembly: Assembly) -> list[Track]:
-    """Return the tracks of the vehicles that depart later, and of all other ways."""
+    """Return the paths of the vehicles that depart later, the other paths, and the detours."""
     planned = (*assembly.departures, *assembly.other_ways)
     return [one.track for one in planned if one.track is not None]
 
@@ -75,7 +75,7 @@ def _notes(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
 
 
 def slots_of(assembly: Assembly) -> dict[str, int]:
-    """Return how many vehicles fit into each place; into one that is a vehicle's own, all there are."""
+    """Return the slots of each place; a private place has as many slots as there are vehicles."""
     abstraction = cast("Abstraction", assembly.abstraction)
     system, later = abstraction.system, later_ways(assembly)
     if later or assembly.contains:
@@ -86,14 +86,14 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
 
 
 def times_along(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
-    """Return arc lengths at the ends of a loop's lanes [m], and the times there at the speeds allowed [s]."""
+    """Return the arc lengths where a loop's lanes end [m], and the times to get there at the limits [s]."""
     took = [span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans]
     ends = [0.0, *(span.end_m for span in loop.spans)]
     return np.array(ends), np.concatenate(([0.0], np.cumsum(took)))
 
 
 def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spacing | None:
-    """Return what spaces vehicles on their loops, if the scenario wants that."""
+    """Return the object that spaces vehicles on their loops, or None if the scenario wants none."""
     if scenario.rule_for_spacing == "none":
         return None
     along = {loop.id: times_along(assembly.network, loop) for loop in assembly.loops}
@@ -102,7 +102,7 @@ def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spac
 
 
 class _Around:
-    """Figures of all that is about, one after the other."""
+    """Collects the figures of lights and ordinary traffic."""
 
     def __init__(self, *every: Reports) -> None:
         self._every = every
@@ -114,7 +114,7 @@ class _Around:
 
 @dataclass(frozen=True, slots=True)
 class Laid:
-    """What drives the vehicles of a scenario, and the roads if there is ordinary traffic on them."""
+    """The parts that drive the vehicles of a scenario; `roads` is None without ordinary traffic."""
 
     driving: Driving
     around: Reports
@@ -132,7 +132,10 @@ def make_driving(
     *,
     everybody: bool = False,
 ) -> Laid:
-    """Return what drives the vehicles of a scenario; nobody is there yet. `everybody` as in `Ledger`."""
+    """Return the parts that drive the vehicles of a scenario, still without vehicles.
+
+    `everybody`: as in `Ledger`.
+    """
     abstraction = cast("Abstraction", assembly.abstraction)
     tracks = [*assembly.tracks, *later_ways(assembly)]
     drawn = list({id(track.legs): track.legs for track in tracks}.values())
@@ -177,9 +180,9 @@ def make_driving(
 
 
 def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Way], bool] | None:
-    """Return what admits vehicles that come later, if not all places and those that drive round say it.
+    """Return the function that admits later vehicles; None if condition (S) of the chain rule decides.
 
-    `there`: how many vehicles are there at the beginning.
+    `there`: number of vehicles at the beginning.
     """
     if laid.asked is not None:
         joined = JoinedGate(scenario.gate, laid.driving, laid.asked, there)
@@ -196,7 +199,7 @@ def open_gated(
     gate: Gate,
     negotiation: Negotiation,
 ) -> Session:
-    """Return a session in which the ledger drives; `check` has let the scenario pass."""
+    """Return a session in which the ledger drives gated vehicles; call `check` first."""
     ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None

@@ -1,4 +1,4 @@
-"""Gates for vehicles that come and go: each is made for the vehicles as they stand on the road."""
+"""Makes a gate anew, for the vehicles as they stand on the road, when vehicles come or go."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from loopgate.simulation.asked_gate import AskedGate
 __all__ = ["NEVER_FULL", "JoinedGate", "refuse_crowd", "start_with"]
 
 NEVER_FULL: Final = 1 << 30
-"""How many vehicles are taken to fit where vehicles go that arrive."""
+"""Number of slots of a place where vehicles arrive, which is never full."""
 
 
 class JoinedGate:
@@ -28,10 +28,12 @@ class JoinedGate:
     ----------
     spec
         The gate's name or class.
-    driving, asked
-        Drives the vehicles; what asks the gate.
+    driving
+        Drives the vehicles.
+    asked
+        The gate as a rule of the ledger.
     there
-        The number of vehicles for which the first gate was made.
+        Number of vehicles for which the first gate was made.
     """
 
     def __init__(self, spec: object, driving: Driving, asked: AskedGate, there: int) -> None:
@@ -45,7 +47,7 @@ class JoinedGate:
             self._asked.go_by(*start_with(self._driving, (), self._spec))
 
     def admits(self, way: Way) -> bool:
-        """Return whether the gate could keep its promise with a vehicle that is to come too."""
+        """Return whether the gate could keep its promise with one more vehicle."""
         try:
             start_with(self._driving, [*self._driving.coming, way], self._spec)
         except GateError:
@@ -54,12 +56,12 @@ class JoinedGate:
 
 
 def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[System, Gate]:
-    """Return the vehicles that there are, with some that join them, as robots; and a gate made for these.
+    """Return all vehicles as robots, with some that join them, and a gate made for these robots.
 
     Parameters
     ----------
     joining
-        The ways of the vehicles that join, from where they are.
+        Paths of the vehicles that join, from where they are.
     spec
         The gate's name or class.
 
@@ -93,7 +95,7 @@ def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[
 
 
 def refuse_crowd(gate: Gate, system: System, slots: Mapping[StateId, int]) -> None:
-    """Refuse a start in which a place holds more than its slots, if then not everyone could go on for ever.
+    """Refuse a start in which a place holds more than its slots, if a vehicle could then get stuck.
 
     Raises `GateError`.
     """

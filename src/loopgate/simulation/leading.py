@@ -1,4 +1,4 @@
-"""Leads vehicles other ways than their own: round incidents, or where another way is quicker."""
+"""Leads vehicles to other paths than their own: round incidents, or where another path is quicker."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from loopgate.traffic.base import Dynamics, Traffic
 
 
 def way_of(track: Track, *, foreseen: bool = True) -> Way:
-    """Return a track as the ledger takes it; `foreseen` as in `Way`."""
+    """Return a path as the ledger takes it; `foreseen` as in `Way`."""
     return Way(
         vehicle=track.vehicle,
         loop=track.loop,
@@ -39,7 +39,7 @@ def way_of(track: Track, *, foreseen: bool = True) -> Way:
 
 
 class LedVehicle:
-    """A vehicle of the ledger that may be led another way, and may be its owner's."""
+    """A gated vehicle whose path can be changed; in `attach`, its owner may change it too."""
 
     def __init__(self, driving: Driving, vehicle: Vehicle, track: Track) -> None:
         self._driving, self.vehicle, self.track = driving, vehicle, track
@@ -47,17 +47,17 @@ class LedVehicle:
 
     @property
     def granted(self) -> int:
-        """The last leg granted to it."""
+        """The number of the last leg granted to it."""
         return self.vehicle.granted
 
     @property
     def held(self) -> range:
-        """The legs whose places it holds."""
+        """The numbers of the legs whose places it holds."""
         return range(self.granted + 1 - len(self.vehicle.bodies), self.granted + 1)
 
     @property
     def crossed(self) -> range:
-        """The legs behind whose lines its rear is not yet over the junction."""
+        """The numbers of the legs whose crossings its rear has not cleared."""
         vehicle = self.vehicle
         if not vehicle.trips:
             return range(0)
@@ -65,7 +65,7 @@ class LedVehicle:
 
     @property
     def settled(self) -> bool:
-        """Whether it is in one place, and holds nothing else."""
+        """Whether it is in one place and holds nothing else."""
         return self.vehicle.is_settled()
 
     @property
@@ -75,22 +75,22 @@ class LedVehicle:
 
     @property
     def stops_here(self) -> bool:
-        """Whether it is to stop before it gets to the end of its last grant, or does."""
+        """Whether it stops by itself before the end of its last granted leg."""
         return self.vehicle.stops_here()
 
     @property
     def front_m(self) -> float:
-        """Where its front was after the last step [m]."""
+        """Arc length of its front after the last step [m]."""
         return self.vehicle.front_m
 
     @property
     def line_m(self) -> float:
-        """Where the last granted leg ends [m]."""
+        """Arc length at which its last granted leg ends [m]."""
         return self.vehicle.line_m
 
     @property
     def offset_m(self) -> float:
-        """How much more that arc length is than what its odometer reads [m]."""
+        """Arc length of its front minus its odometer [m]."""
         return self._driving.fronts.offset_m(self.vehicle.row)
 
     @property
@@ -110,16 +110,16 @@ class LedVehicle:
 
     @property
     def stop_m(self) -> float:
-        """Where it stops next by itself [m]; infinity if it does not."""
+        """Arc length at which it stops next by itself [m]; infinity if it does not."""
         return self.vehicle.stop_m
 
     @property
     def halted(self) -> bool:
-        """Whether it stands at the line at which it is held."""
+        """Whether it stands at the stop line where it is held."""
         return self._driving.accounts.of[self.id].halted_s < inf
 
     def drives_like(self, can: Dynamics, step_s: float) -> None:
-        """Take over what it can do; one that is told to drive beyond any limit goes on so."""
+        """Use new driving limits; a vehicle that is already faster than its top speed may stay so fast."""
         vehicle, haste = self.vehicle, max(1.0, can.speed_factor)
         top = self.track.top_speed_mps * haste
         if vehicle.speed > top:
@@ -129,14 +129,14 @@ class LedVehicle:
         if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
             vehicle.make = Make(*now, foreseen=before.foreseen)
             self._driving.fronts.tops[vehicle.row] = top
-            self._driving.ledger.consider(vehicle)  # it may have to ask sooner
+            self._driving.ledger.consider(vehicle)  # the vehicle may have to ask sooner
 
     def leg(self, number: int) -> Leg:
-        """Return a leg of its way."""
+        """Return a leg of its endless path."""
         return self.track.legs[number % len(self.track.legs)]
 
     def left_m(self, state: str) -> float:
-        """Return how far it is to the end of a place that it holds [m]."""
+        """Return the distance to the end of a place that it holds [m]."""
         vehicle = self.vehicle
         for body in vehicle.bodies:
             if body.place.name == state:
@@ -145,18 +145,18 @@ class LedVehicle:
 
 
 class Leading:
-    """Leads vehicles other ways, by the name of a vehicle or of a place.
+    """Leads vehicles to other paths, by the name of a vehicle or of a place.
 
     Parameters
     ----------
     driving
         Drives the vehicles.
     tracks
-        Of all vehicles, also of those to come, and of all other ways; the ways are laid.
+        The paths of all vehicles, also of later ones, and all other paths. They are laid out at once.
     """
 
     arrived: Container[str] = ()
-    """Who has arrived is not known any longer."""
+    """Always empty: vehicles that have arrived are not in `driver_of` either."""
 
     def __init__(self, traffic: Traffic, driving: Driving, tracks: Iterable[Track]) -> None:
         self._traffic, self._driving, self._ledger = traffic, driving, driving.ledger
@@ -170,21 +170,24 @@ class Leading:
 
     @property
     def sets_aside(self) -> bool:
-        """Whether vehicles can step aside: under the chain rule, which asks only who is in which place."""
+        """Whether vehicles can step aside: only under the chain rule.
+
+        Other gates need each vehicle in a place.
+        """
         return chain in self._ledger.rules
 
     def know(self, tracks: Iterable[Track]) -> None:
-        """Take note of the tracks of vehicles that come."""
+        """Add the paths of vehicles that come."""
         self._tracks |= {track.vehicle: track for track in tracks}
 
     @property
     def changes(self) -> int:
-        """How often vehicles have come or gone, or have been led another way."""
+        """How often vehicles have come, gone or changed to another path."""
         return self._driving.changes
 
     @property
     def driver_of(self) -> Mapping[str, LedVehicle]:
-        """The vehicles."""
+        """The gated vehicles, by name."""
         if self._seen != self._driving.changes:
             self._seen, known = self._driving.changes, self._known
             self._known = {
@@ -197,35 +200,35 @@ class Leading:
 
     @property
     def beside(self) -> Container[str]:
-        """Those that hold no slot: they park, or are not back on the road yet."""
+        """The vehicles without a slot: they park, or are not back on the road yet."""
         return {name for name, vehicle in self._ledger.vehicles.items() if vehicle.beside}
 
     def knows(self, track: Track) -> bool:
-        """Return whether a way is laid, so that vehicles can be led by it."""
+        """Return whether a path is laid out, so that vehicles can be led to it."""
         return id(track.legs) in self._laid
 
     def line(self, place: str) -> Sequence[LedVehicle]:
-        """Return the vehicles whose last grant is a place, first in line first."""
+        """Return the vehicles in the line of a place, first in line first."""
         known = self.driver_of
         return [known[vehicle.name] for vehicle in self._driving.places[place].line]
 
     def slots(self, place: str) -> int:
-        """Return how many vehicles a place holds."""
+        """Return the number of slots of a place."""
         return self._driving.places[place].slots
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
-        """Return the vehicles that one waits for: the first in its line, else those that block it."""
+        """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
         every = self._ledger.vehicles
         return [other.name for other in ahead(every[vehicle], every.values())]
 
     def shut(self, place: str) -> None:
-        """Let nobody into a place in the next step."""
+        """Let no vehicle enter a place in the next step."""
         self._ledger.shut(self._driving.places[place])
 
     def withhold(self, vehicles: AbstractSet[str]) -> None:
-        """From now on grant nothing to these vehicles.
+        """Grant nothing to these vehicles from now on.
 
-        Vehicles that only the call before named get grants again.
+        Vehicles that the call before named, and this call does not, get grants again.
         """
         every = self._ledger.vehicles
         for name in (self._withheld | vehicles) & every.keys():
@@ -233,9 +236,9 @@ class Leading:
         self._withheld = vehicles
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
-        """Lead a vehicle on by another way from its place on; return whether that can be done now."""
+        """Lead a vehicle from its place to another path; return whether that can be done now."""
         if chain not in self._ledger.rules:
-            return False  # another gate knows the ways at its start
+            return False  # another gate is made for the paths at its start
         led = self.driver_of[vehicle]
         track = replace(track, vehicle=vehicle, start_position=position)
         begins = [begin_m for begin_m, _ in track.edges]
@@ -246,7 +249,7 @@ class Leading:
         return True
 
     def wait_for_nothing(self, vehicle: str) -> None:
-        """Let a vehicle stand where it is and ask for nothing, held by nobody, until `wait_again`."""
+        """Let a vehicle stand where it is without a request and without a hold, until `wait_again`."""
         waits = self._ledger.vehicles[vehicle]
         wait_for_nothing(self._ledger, waits)
         if waits.held:
@@ -255,7 +258,7 @@ class Leading:
             self._traffic.release(vehicle)
 
     def wait_again(self, vehicle: str) -> None:
-        """Let a vehicle ask in its turn again."""
+        """Let a vehicle ask for grants again."""
         wait_again(self._ledger, self._ledger.vehicles[vehicle])
 
     def step_aside(self, vehicle: str, why: str = "") -> bool:

@@ -1,4 +1,4 @@
-"""Drives the vehicles for the scenario's time, watching for deadlocks, collisions and teleports."""
+"""Drives the vehicles of a run to its end, and records deadlocks, collisions and teleports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from loopgate.traffic.base import Traffic
 
 @dataclass(slots=True)
 class RunCourse:
-    """How a run went.
+    """The outcome and the counts of a run.
 
     Attributes
     ----------
@@ -30,19 +30,19 @@ class RunCourse:
     begin_s, end_s
         The measured time [s].
     deadlocks
-        In the order in which they were recognised.
+        In the order in which they were detected.
     collisions, teleports
         Counts; a collision that lasts for several steps counts once.
     collisions_of_others
-        Collisions in which no vehicle on a loop has a part.
+        Collisions without a vehicle of the run's own.
     verdicts
-        Who erred in those of a gated vehicle with an ordinary one.
+        Which vehicle erred, for each collision of a gated vehicle with an ordinary one.
     starving
-        Vehicles behind which others starved.
+        Vehicles behind which other vehicles starved.
     fault
-        What a gate or negotiation of a user's own did that interrupted the run.
+        The error of a user's gate or negotiation that interrupted the run.
     sumo_s, total_s
-        Wall time in SUMO's steps, and in all [s].
+        Wall time of SUMO's steps, and of the whole run [s].
     """
 
     outcome: str = "done"
@@ -74,18 +74,20 @@ def run_to_end(
     each_step: Sequence[Callable[[], None]] = (),
     over: Callable[[], bool] = lambda: False,
 ) -> RunCourse:
-    """Run until the time is over, all have arrived, a deadlock ends the run, or the user interrupts.
+    """Drive until the time is over, all vehicles have arrived, a deadlock ends the run, or the user does.
 
     Parameters
     ----------
     drive, traffic, detector, collisions
-        Made for each other; nothing has been driven yet.
+        The parts of one run that has not begun.
     scenario
-        Says how long to measure, how long to warm up before, and what a deadlock does to the run.
+        Has the measured time, the warm-up, and what a deadlock does to the run.
     tick
         Called every ten simulated seconds with the simulated time.
+    each_step
+        Functions to call after each step.
     over
-        Whether nobody is left who drives, which ends the run.
+        Returns whether no vehicle is left, which ends the run.
     """
     course, recorder = collisions.course, collisions.recorder
     began = perf_counter()
@@ -95,7 +97,7 @@ def run_to_end(
         if scenario.warmup_s <= 0:
             drive.measure_from_now()
         course.begin_s = start + scenario.warmup_s
-        drive.count_from(course.begin_s + traffic.step_s / 2.0)  # from the step behind it
+        drive.count_from(course.begin_s + traffic.step_s / 2.0)  # from the next step on
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
         while traffic.now_s < end and not over():
@@ -130,8 +132,8 @@ def run_to_end(
 class CollisionLog:
     """Counts and records SUMO's collisions and teleports, step by step.
 
-    Of collisions in which none of its `own` vehicles has a part there is only a count; all are its own if not
-    given. Those with others are judged by `verdicts`.
+    Collisions without one of the `own` vehicles are only counted; without `own`, all vehicles are own.
+    `verdicts` judges collisions of own vehicles with others.
     """
 
     def __init__(
@@ -150,7 +152,7 @@ class CollisionLog:
         self._colliding = Collisions()
 
     def note(self) -> None:
-        """Look at the last step; a collision counts when it begins."""
+        """Record the events of the last step; a collision counts when it begins."""
         now = self._traffic.now_s
         if self._verdicts is not None:
             self._verdicts.look()
@@ -169,7 +171,7 @@ class CollisionLog:
 
 
 def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> None:
-    """Enter a deadlock into the course and the events: each vehicle with the vehicle that it waits for."""
+    """Record a deadlock in the course and as events: each vehicle with the vehicle that it waits for."""
     course.deadlocks.append(deadlock)
     course.outcome = "deadlock"
     ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]

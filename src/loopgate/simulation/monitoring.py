@@ -1,4 +1,4 @@
-"""How well the loops of a run watched the road, in figures of its summary."""
+"""Figures of how well the loops of a run watched the streets, for ``summary.json``."""
 
 import json
 import math
@@ -46,13 +46,13 @@ _RANKED = 10
 
 
 def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) -> dict[str, Any]:
-    """Return the figures of visits and idleness for ``summary.json``; None if there are none.
+    """Return the figures of visits and idleness for ``summary.json``; None for unknown figures.
 
     Parameters
     ----------
     edges
-        ``edges.parquet``; None or empty if nothing was measured. All edges count alike in the mean, however
-        long they are; see `loopgate.analysis.monitoring` for what idleness is.
+            ``edges.parquet``; None or empty if nothing was measured. Each edge counts once in the mean,
+        whatever its length; `loopgate.analysis.monitoring` defines idleness.
     coverage
         How much of the network the loops reach; None without loops.
     """
@@ -127,7 +127,7 @@ def _either_way(
     begin_s: float,
     end_s: float,
 ) -> dict[str, Any]:
-    """Return figures of streets that count as seen from whichever side they are entered."""
+    """Return the figures of streets for which a visit in either direction counts."""
     named = {edge: street[0] for street in streets for edge in street}
     either = events.assign(**{PLACE: events[PLACE].map(lambda edge: named.get(edge, edge))})
     table = compute_watch(
@@ -192,14 +192,15 @@ def _ranked(streets: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def rounded(value: float) -> float | None:
-    """Return a figure as summaries hold it; None if it is not known."""
+    """Return a figure as summaries have it; None for NaN."""
     return None if math.isnan(value) else round(float(value), 4)
 
 
 def _if_even(loops: Sequence[Loop], tallies: Sequence[Tally], duration_s: float) -> dict[str, float | None]:
-    """Return the idleness if the vehicles of each loop, at their speeds, came evenly.
+    """Return the idleness if the vehicles of each loop came at even intervals, at their real speeds.
 
-    A street that loops visit at rates v / lap waits for the inverse of their sum, half of it on average.
+    A street is visited at the sum of the rates of its loops. Its interval is the inverse of that sum, its
+    mean idleness half of the interval.
     """
     driven = defaultdict[str, float](float)
     for tally in tallies:

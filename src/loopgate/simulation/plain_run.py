@@ -1,4 +1,4 @@
-"""A SUMO configuration that runs unchanged, with a watch for deadlocks."""
+"""Runs a SUMO configuration unchanged, and looks for deadlocks."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -40,10 +40,10 @@ _GONE = (0.0, (nan, nan))
 def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) -> dict[str, Any]:
     """Run the configuration's own vehicles under SUMO's rules; return the content of ``summary.json``.
 
-    The run ends when its last vehicle has arrived (ordinary traffic beside it aside), after the scenario's
-    duration, which is the configuration's where none is given, or in a deadlock. Options that hide trouble
-    are off (see `plain_options`); all else is as the configuration says. Vehicles may come and go; each trip
-    is a row of ``vehicles.parquet``, with no loop and no laps.
+    The run ends when its last vehicle has arrived (without counting ordinary traffic), after the scenario's
+    duration, by default the configuration's, or in a deadlock. Options that hide trouble are off (see
+    `plain_options`); all others are as in the configuration. Vehicles may come and go; each trip is a row of
+    ``vehicles.parquet``, without a loop and laps.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
 
 
 def _check_flows(scenario: Scenario, ordinary: TrafficFile | None) -> None:
-    """Refuse flows of more vehicles than SUMO has the memory for, unless they are counted as its own."""
+    """Refuse flows with more vehicles than the memory allows."""
     begin_s = begins_s(scenario)
     end_s = begin_s + scenario.duration_s
     if not scenario.routes:
@@ -132,9 +132,10 @@ def _check_flows(scenario: Scenario, ordinary: TrafficFile | None) -> None:
 def _own_files(
     scenario: Scenario, folder: Folder, said: SumoOptions, ordinary: TrafficFile | None
 ) -> tuple[list[str], frozenset[str] | None]:
-    """Return SUMO's options for network and routes, where no configuration is all that there is.
+    """Return SUMO's options for network and routes, if the scenario names a route file.
 
-    And whose trips are told of, where there is ordinary traffic beside them.
+    The second value has the names of the vehicles whose trips are reported, where there is ordinary traffic
+    beside them; otherwise None.
     """
     if not scenario.routes:
         return [], None
@@ -180,7 +181,7 @@ def _drive(
         if guard is not None:
             guard.check()
 
-    step()  # the first is not measured, as for vehicles on loops: nobody moves in it
+    step()  # the first step is not measured, as in runs on loops: no vehicle moves in it
     start, warms_up = traffic.now_s, scenario.warmup_s > 0
     course.begin_s = start + scenario.warmup_s
     if not warms_up:

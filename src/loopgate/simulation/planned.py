@@ -1,4 +1,4 @@
-"""Standing vehicles and closed roads of a run, from its incidents and stops."""
+"""What stands in a run, from its incidents and stops."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from loopgate.simulation.ways_round import WaysRound
 
 
 class MadeStops(Protocol):
-    """What knows the stops that vehicles make."""
+    """Knows the stops that vehicles are making."""
 
     def made_now(self) -> Iterator[tuple[str, Stop]]:
-        """Yield the vehicles that stand at a stop, each with that stop."""
+        """Yield each vehicle that stands at a stop, with the stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +29,11 @@ class PlannedStanding:
     incidents
         The closures and breakdowns.
     stops
-        The stops as they are made.
+        The stops that vehicles are making.
     fixed
         The vehicles that have stops.
     brakes
-        A vehicle that breaks down has to be told to stand.
+        Whether a vehicle that breaks down must be told to stand.
     """
 
     incidents: Incidents
@@ -42,11 +42,11 @@ class PlannedStanding:
     brakes: bool = True
 
     def at_long_stop(self) -> list[str]:
-        """Return the vehicles that stand on the road at a stop that is long, or of unknown end."""
+        """Return the vehicles that stand on the road at a stop that is long or has no known end."""
         return [vehicle for vehicle, stop in self.stops.made_now() if stands_long(stop)]
 
     def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether a vehicle has stops of its own: its stops are places of its loop."""
+        """Return whether a vehicle has stops, which are positions on its loop."""
         return vehicle in self.fixed
 
 

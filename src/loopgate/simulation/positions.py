@@ -1,4 +1,4 @@
-"""Records the positions of all vehicles by SUMO, and writes the layout of the abstraction."""
+"""SUMO's options that record positions, and the layout of the abstraction for audit and replay."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,16 +16,16 @@ from loopgate.simulation.demand.placing import Departure
 
 
 def record_positions(file: Path) -> list[str]:
-    """Return the options by which SUMO writes every vehicle's position at every step.
+    """Return the options with which SUMO writes the position of every vehicle in every step.
 
-    A compressed table of text: the one format besides XML that every build of SUMO writes, in memory that
-    does not grow.
+    The output is a compressed text table: besides XML it is the only format that every build of SUMO writes,
+    with constant memory.
     """
     return [
         *("--fcd-output", str(file)),
         *("--fcd-output.attributes", ",".join(ATTRIBUTES)),
         "--fcd-output.skip-empty",
-        # The first row decides on the columns of the table: persons have others.
+        # The first row sets the columns of the table, and persons have other columns.
         *("--person-device.fcd.probability", "0"),
     ]
 
@@ -36,7 +36,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     Parameters
     ----------
     assembly
-        The run's; it has an abstraction.
+        The parts of the run; it has an abstraction.
     step_s
         Length of a simulation step [s].
     """
@@ -77,14 +77,14 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
 
 
 def _way(loop: Loop, itinerary: Itinerary) -> LoopWay:
-    # Nobody is on roads before the first place of a route that is driven once.
+    # A vehicle that drives once is never before the first place of its route.
     first_m = -inf if loop.closed else itinerary.legs[0].begin_m
     spans = tuple(_span(s) for s in loop.spans if s.end_m > first_m)
     return LoopWay(loop.lap_m, spans, _legs(itinerary))
 
 
 def _room(abstraction: Abstraction, others: Sequence[Departure]) -> dict[str, int]:
-    """Return the room of the states that several vehicles visit, some of them perhaps later."""
+    """Return the slots of the states that several vehicles visit, or may visit later."""
     system = abstraction.system
     if not abstraction.later:
         states = zip(system.states, system.room, system.private, strict=True)

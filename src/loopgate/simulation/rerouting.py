@@ -1,4 +1,4 @@
-"""Reroutes trips between places when another way has become quicker."""
+"""Reroutes trips during a run when another path has become quicker."""
 
 from bisect import bisect_left
 from collections import defaultdict, deque
@@ -17,16 +17,17 @@ from loopgate.traffic.base import Traffic
 
 _SAMPLE_EVERY_S = 10.0
 _SAMPLES = 18
-"""Travel times are of the mean speeds of three minutes, as by SUMO's own rerouting device."""
+"""Travel times follow from mean speeds over this many samples, three minutes as in SUMO's rerouting device.
+"""
 
 _LEAST_MPS = 0.1
 _MOST_TURNS = 20
-"""So often a vehicle is led another way at most: each way ends, so everyone arrives."""
+"""A vehicle is rerouted at most this often, so that every vehicle arrives."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Onward:
-    """A way on from a place: a track, the position on it, and the edges behind, by number."""
+    """A path from a place: the path, the index of the place on it, and the numbers of the edges after it."""
 
     track: Track
     position: int
@@ -34,17 +35,17 @@ class _Onward:
 
 
 class Rerouting:
-    """Where a vehicle is due it looks for the quickest of the ways to its end that are known from its place.
+    """Leads a vehicle that is due to the quickest known path from its place to its destination.
 
-    Known are the ways of all vehicles of its type, and those that were looked for before the run. The time an
-    edge takes is its length over the mean speed there in the last three minutes.
+    Known are the paths of all vehicles of its type, and the paths found before the run. The time of an edge
+    is its length over the mean speed on it in the last three minutes.
     """
 
     def __init__(self, assembly: Assembly, traffic: Traffic, leading: Leading) -> None:
         self._traffic, self._leading, self._anew = traffic, leading, assembly.anew
         self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
         self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
-        """By type and place the ways on from there, one for each sequence of places."""
+        """For each type and place, the paths from there, one for each sequence of places."""
         self._edges: dict[str, int] = {}
         for one in (*assembly.departures, *assembly.other_ways):
             if one.track is not None and not one.start.loop.closed:
@@ -60,7 +61,7 @@ class Rerouting:
         """The vehicles that have not departed."""
         self._changes = -1
         self.turns: defaultdict[str, list[TurnOff]] = defaultdict(list)
-        """The turns that vehicles took, by name."""
+        """The changes to other paths, by name of the vehicle."""
 
     def _take(self, kind: str, track: Track) -> None:
         begins = [begin_m for begin_m, _ in track.edges]
@@ -75,7 +76,7 @@ class Rerouting:
                 known[key] = _Onward(track, position, numbers[bisect_left(begins, leg.end_m) :])
 
     def look(self) -> None:
-        """Read the speeds, and reroute the vehicles that are due; call after each step."""
+        """Sample the speeds if due, and reroute the vehicles that are due; call it after each step."""
         now = self._traffic.now_s
         if now >= self._next_sample_s:
             self._next_sample_s = now + _SAMPLE_EVERY_S
@@ -101,7 +102,7 @@ class Rerouting:
         self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
 
     def _lead(self, driver: LedVehicle) -> None:
-        """Lead a vehicle on by the quickest way from its place, if that is not its own."""
+        """Lead a vehicle to the quickest path from its place, if it is quicker than its own."""
         vehicle, leg = driver.id, driver.granted
         if len(self.turns[vehicle]) >= _MOST_TURNS or driver.stops_here or leg >= len(driver.track.legs) - 1:
             return
@@ -115,14 +116,14 @@ class Rerouting:
             self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
     def _own(self, driver: LedVehicle, leg: int) -> float:
-        """Return how long its own way takes from here on [s]."""
+        """Return the time that the rest of its own path takes [s]."""
         track = driver.track
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[leg].end_m)
         numbers = [self._edges[name] for _, name in track.edges[here:]]
         return float(self._times_s[numbers].sum())
 
     def _ways(self, driver: LedVehicle, leg: int) -> Iterator[_Onward]:
-        """Yield the other ways to its end from the place it is in."""
+        """Yield the other paths from a vehicle's place to its destination."""
         track = driver.track
         here, end = track.legs[leg], track.legs[-1].state
         for way in self._onward.get((self._kinds[driver.id], here.state), {}).values():

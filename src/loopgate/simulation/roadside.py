@@ -1,4 +1,4 @@
-"""Vehicles without a way round a blocked road leave it, and come back when it is free."""
+"""Parks vehicles beside the road while their road is blocked and no path leads round."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from loopgate.simulation.leading import Leading, LedVehicle
 from loopgate.traffic.base import Traffic
 
 NO_WAY = "no way round"
-"""Why a vehicle leaves the road."""
+"""The reason why a vehicle leaves the road."""
 
 _FOR_EVER_S = 1e7
 _SOON_STEPS = 3
@@ -23,12 +23,12 @@ _SOON_STEPS = 3
 _ROUNDING_M = 0.1
 
 _SPAN_M = 1.0
-"""A vehicle that stands no further than this before the end of its stop has reached it [m]."""
+"""Length of the stop that lets a vehicle park [m]."""
 
 
 @dataclass(slots=True)
 class Beside:
-    """A vehicle that has left the road: its place, the next, since when, and until when [s]."""
+    """A vehicle that has left the road: its place, the next place, and the times off the road [s]."""
 
     vehicle: str
     place: str
@@ -39,15 +39,14 @@ class Beside:
     called: bool = False
 
     def figures(self) -> dict[str, Any]:
-        """Return the vehicle, its place and its times beside the road for ``summary.json``."""
+        """Return the vehicle, its place and its times off the road for ``summary.json``."""
         return {"vehicle": self.vehicle, "place": self.place, "from_s": self.from_s, "to_s": self.to_s}
 
 
 class Roadside:
-    """Parks vehicles beside the road at their positions, and calls them back.
+    """Parks vehicles beside the road where they stand, and calls them back.
 
-    A vehicle beside the road holds no slot: other vehicles pass it. It comes back as any vehicle does that
-    has parked.
+    A vehicle beside the road holds no slot, so other vehicles pass it. It returns like any parked vehicle.
     """
 
     def __init__(self, traffic: Traffic, leading: Leading, recorder: Recorder) -> None:
@@ -56,7 +55,7 @@ class Roadside:
         self._every: list[Beside] = []
 
     def take(self, driver: LedVehicle) -> None:
-        """Let a vehicle leave the road, if it stands, and holds the place in which it stands and no other."""
+        """Let a vehicle leave the road, if it stands and holds its place only."""
         vehicle, traffic = driver.id, self._traffic
         if vehicle in self._out or not self._leading.sets_aside or not driver.settled:
             return
@@ -73,7 +72,10 @@ class Roadside:
         self._out[vehicle] = Beside(vehicle, place, ahead, traffic.now_s)
 
     def look(self, avoided: AbstractSet[str]) -> None:
-        """Record which vehicles have parked and which are back; call back vehicles whose places are free."""
+        """Record which vehicles have parked or are back; call back vehicles whose places are free.
+
+        `avoided`: the blocked places.
+        """
         if not self._out:
             return
         now, there = self._traffic.now_s, set(self._traffic.vehicles())
@@ -86,7 +88,7 @@ class Roadside:
             elif one.called and self._traffic.lane(one.vehicle)[0]:
                 self._over(one, now)
             elif not one.called and avoided.isdisjoint((one.place, one.ahead)) and one.place not in coming:
-                coming.add(one.place)  # one after the other: they may have parked side by side
+                coming.add(one.place)  # one at a time: vehicles may have parked side by side
                 self.call_back(one.vehicle)
 
     def call_back(self, vehicle: str) -> None:
@@ -120,9 +122,9 @@ class Roadside:
 
 
 def _stop(lane: str, at_m: float, left_m: float) -> Stop:
-    """Return a stop beside the lane, where a vehicle stands, `left_m` before the end of its place.
+    """Return a stop beside the lane where a vehicle stands, `left_m` before the end of its place.
 
-    A vehicle that parks beyond the end of a lane vanishes when it comes back.
+    SUMO removes a vehicle that returns to the road beyond the end of its lane.
     """
     end_m = at_m + min(_ROUNDING_M, max(left_m, 0.0))
     return Stop(NO_WAY, "lane", lane, max(0.0, at_m - _SPAN_M), end_m, _FOR_EVER_S, parks=True)

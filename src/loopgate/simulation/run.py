@@ -1,4 +1,4 @@
-"""A run from scenario to summary."""
+"""Runs a scenario, and writes its run folder."""
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
@@ -51,8 +51,8 @@ from loopgate.simulation.watching.window import Window
 from loopgate.simulation.ways_driven import as_driven
 
 _SHORT_S, _MOST_OF_IT = 300.0, 0.9
-"""In a run that is shorter than the time after which vehicles starve this part of it is enough; but not less
-than so long [s]."""
+"""In a run shorter than the starvation time, vehicles starve after this share of the run, but not before
+`_SHORT_S` [s]."""
 
 
 def simulate(
@@ -64,31 +64,33 @@ def simulate(
     overwrite: bool = False,
     detector: type[DeadlockDetector] = DeadlockDetector,
 ) -> dict[str, Any]:
-    """Run a scenario and leave a run folder.
+    """Run a scenario and write a run folder.
 
     Parameters
     ----------
     out
-        The run folder; None keeps nothing but the summary that is returned.
+        The run folder; None keeps nothing but the returned summary.
+    tick
+        Called every ten simulated seconds with the simulated time [s] and the course so far.
     backend
         ``libsumo``, ``traci`` or ``gui``.
     overwrite
         Whether an earlier run in `out` may be replaced.
     detector
-        What recognises deadlocks, for studies of it.
+        Class of the deadlock detector, for studies of it.
 
     Returns
     -------
     dict
-        What ``summary.json`` holds.
+        The content of ``summary.json``.
 
     Raises
     ------
     LoopgateError
         If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
     PluginError
-        If a gate or negotiation of the user's own fails. What there was until then is in the folder: its
-        summary has the outcome ``interrupted`` and says as ``fault`` why.
+            If a gate or negotiation of the user's own fails. The results until then are in the folder: its
+        summary has the outcome ``interrupted`` and the reason as ``fault``.
     """
     check_backend(backend)
     with ExitStack() as stack:
@@ -171,7 +173,7 @@ def _run(
 
 
 def _starving_after_s(scenario: Scenario) -> float:
-    """Return after how long vehicles starve [s]: a run that ends before would say nothing."""
+    """Return the time after which a vehicle starves [s]; it is shorter in a short run."""
     return min(scenario.starving_s, max(_SHORT_S, _MOST_OF_IT * scenario.duration_s))
 
 
@@ -186,7 +188,7 @@ def _after(look: Callable[[], None], tick: Tick) -> Tick:
 
 
 def _watching(hunger: StarvationWatch | None, tick: Tick) -> Tick:
-    """Return a tick before which vehicles that starve are looked for."""
+    """Return a tick that first looks for vehicles that starve."""
 
     def both(now: float, course: RunCourse) -> None:
         if hunger is not None:
@@ -197,9 +199,10 @@ def _watching(hunger: StarvationWatch | None, tick: Tick) -> Tick:
 
 
 def is_plain(scenario: Scenario) -> bool:
-    """Return whether a scenario runs its vehicles unchanged, without loops.
+    """Return whether a scenario runs vehicles unchanged, without loops.
 
-    Those of a ``.sumocfg`` under ``open``, or of a route file under ``open`` that drive their routes once.
+    These are the vehicles of a ``.sumocfg`` under ``open``, or of a route file under ``open`` whose vehicles
+    drive once.
     """
     if scenario.gated or scenario.loops or scenario.counts_vehicles:
         return False
@@ -226,7 +229,7 @@ def open_session(
     backend
         ``libsumo``, ``traci`` or ``gui``.
     negotiation
-        Instead of the scenario's.
+        Replaces the scenario's negotiation.
 
     Raises
     ------
@@ -309,7 +312,7 @@ def _input_options(
 def _keeping(
     scenario: Scenario, assembly: Assembly, negotiation: Negotiation | None
 ) -> tuple[Gate, Negotiation] | None:
-    """Return gate and negotiation of a gated run: before SUMO starts, since the gate may refuse."""
+    """Return gate and negotiation of a gated run; before SUMO starts, since the gate may refuse."""
     if not scenario.gated or assembly.abstraction is None:
         return None
     system = assembly.abstraction.system

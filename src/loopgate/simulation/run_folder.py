@@ -1,4 +1,4 @@
-"""The figures of a run, and its folder."""
+"""The run folder: its files, its tables, and the figures of ``summary.json``."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -72,7 +72,8 @@ ORDINARY = "ordinary.rou.xml"
 class Tally:
     """The row of a vehicle in ``vehicles.parquet``: laps, distance and times in the measured time.
 
-    `driven_s` is how much of it the vehicle was there [s]; `trip` what SUMO says of one that drives once.
+    `driven_s`: how long the vehicle was there in that time [s]. `trip`: SUMO's figures of a vehicle that
+    drives once.
     """
 
     vehicle: str
@@ -93,20 +94,19 @@ class Tally:
 
 
 class Folder:
-    """A run folder that one run writes, for a ``with`` statement.
+    """A run folder that one run writes; use it in a ``with`` statement.
 
     Parameters
     ----------
     path
-        Made if it does not exist.
+        The folder; it is made if it does not exist.
     overwrite
         Whether the results of an earlier run in it may be replaced.
 
     Raises
     ------
     ScenarioError
-        If results are there already, another run writes to it, it cannot be made, or SUMO cannot write
-        into it.
+        If it has results already, another run writes to it, it cannot be made, or SUMO cannot write into it.
     """
 
     def __init__(self, path: Path, *, overwrite: bool) -> None:
@@ -188,8 +188,8 @@ class Folder:
     ) -> pd.DataFrame:
         """Write ``edges.parquet`` from the events.
 
-        `edges` are name, length [m], shape, junction at the end, how long vehicles stood there [s], and the
-        name of the street.
+        `edges`: name, length [m], shape, junction at the end, standing time of vehicles [s], and name of the
+        street.
         """
         events = read_events(self / EVENTS, (Event.EDGE, Event.HOLD, Event.GO))
         frame = pd.DataFrame(edges, columns=[EDGE, EDGE_LENGTH, SHAPE, JUNCTION, STOOD, STREET])
@@ -206,7 +206,7 @@ class Folder:
         return table
 
     def write_table(self, table: pd.DataFrame, name: str) -> None:
-        """Write a table as a file of this name."""
+        """Write a table as a Parquet file of this name."""
         with writing(self / name):
             table.to_parquet(self / name, index=False)
 
@@ -242,11 +242,11 @@ def summary(
     Parameters
     ----------
     scenario, course, tallies
-        The run, its course, and what each vehicle did.
+        The run, its course, and the row of each vehicle.
     folder
-        Where the results are, for the command that repeats the run.
+        The run folder, for the command that repeats the run.
     gated
-        What answered requests in a gated run.
+        The drive of a gated run; None without a gate.
     findings
         Findings of the audit of a gated run.
     warnings
@@ -303,7 +303,7 @@ def promise_figures(gated: Drive | None) -> dict[str, str]:
 
 
 def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:
-    """Return the longest waits of a gated run and their causes, from the trace."""
+    """Return the longest waits of a gated run and their causes, from its events."""
     if course.end_s <= course.begin_s:
         return wait_figures(None)
     events = read_events(folder / EVENTS, (Event.REFUSE, Event.GRANT))
@@ -333,7 +333,7 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
 def _truncated(
     scenario: Scenario, course: RunCourse, duration_s: float, tallies: Sequence[Tally]
 ) -> dict[str, Any]:
-    """Return the rate over the time asked for of a run that stopped at its deadlock; nothing for others."""
+    """Return the throughput over the whole duration, for a run that stopped early at its deadlock."""
     if course.outcome != "deadlock" or scenario.on_deadlock != "stop" or duration_s >= scenario.duration_s:
         return {}
     km, hours = sum(t.distance_m for t in tallies) / 1000.0, scenario.duration_s / 3600.0
@@ -355,7 +355,7 @@ _LAST = "vehicle", "at_s", "gated"
 
 
 def deadlock_figures(deadlock: Deadlock) -> dict[str, Any]:
-    """Return a deadlock for ``summary.json``."""
+    """Return the facts of a deadlock for ``summary.json``."""
     return {
         "closed_at_s": deadlock.closed_at_s,
         "noticed_at_s": deadlock.noticed_at_s,

@@ -1,4 +1,4 @@
-"""Whether the run is clean, and a warning for each kind of finding."""
+"""Tells whether a run is clean, and words a warning for each kind of finding."""
 
 from collections.abc import Mapping
 from typing import Any

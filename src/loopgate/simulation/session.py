@@ -1,4 +1,4 @@
-"""A simulation under way: its parts, and their results at the end."""
+"""A simulation under way: its parts, and its results at the end."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -37,23 +37,26 @@ _ON_SEGMENTS = (
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """The simulation, drive and surroundings of a scenario.
+    """The parts of a running simulation.
 
     Attributes
     ----------
     traffic, drive, recorder
-        The simulation, the drive, and what takes the events.
-    gated, around
-        What answers requests, and what is about; None where no gate rules.
-    stops, departures, rerouting, containment
-        Those that vehicles make on the way, the departures of those who come later, who of these is led
-        another way, and what contains something that stands.
+        The simulation, the drive, and the recorder of events.
+    gated
+        The drive, if a gate rules; otherwise None.
+    around
+        Figures of lights and ordinary traffic; None without a gate.
+    stops, departures
+        Figures of stops; wanted and real departures.
+    rerouting, containment
+        Reroutes trips; contains what stands. None if the run has neither.
     each_step
-        What is to be called after each step.
+        Functions to call after each step.
     notes
-        What SUMO was not told of what a configuration says.
+        Warnings about settings of a configuration that SUMO did not get.
     close
-        Ends what the run began beside the simulation.
+        Ends the processes that the run started beside SUMO.
     """
 
     traffic: Traffic
@@ -71,12 +74,12 @@ class Session:
 
     @property
     def turns(self) -> Mapping[str, Sequence[TurnOff]]:
-        """The turns to other ways that vehicles took, by name."""
+        """The changes to other paths, by name of the vehicle."""
         every = (self.rerouting, self.containment)
         return {vehicle: some for one in every if one for vehicle, some in one.turns.items() if some}
 
     def tallies(self, assembly: Assembly, detector: DeadlockDetector, course: RunCourse) -> list[Tally]:
-        """Return the row of each vehicle; it is empty before the departure."""
+        """Return the row of each vehicle that has wanted to depart by now."""
         now, drivers, departures = course.end_s, self.drive.records, self.departures
         on_road = set(self.traffic.vehicles())
         loops = {start.vehicle: start.loop for start in assembly.everybody}
@@ -87,7 +90,7 @@ class Session:
             if wanted_s is not None and wanted_s > now:
                 continue
             came_s = course.begin_s
-            if wanted_s is not None:  # nobody moves in the step in which it departs
+            if wanted_s is not None:  # a vehicle does not move in the step in which it departs
                 came_s = max(departures.departed_s.get(vehicle, now) + self.traffic.step_s, came_s)
             stops = self.stops.of(vehicle)
             gone = departures.arrived.get(vehicle)
@@ -114,7 +117,10 @@ class Session:
         return tallies
 
     def report(self, end_s: float) -> dict[str, Any]:
-        """Return the figures of traffic, stops, departures and reroutes at the end of the run [s]."""
+        """Return the figures of lights, stops, departures, rerouting and messages at the end of the run.
+
+        `end_s`: when the run ended [s].
+        """
         told = dict(self.around.report() if self.around else {})
         told |= {**self.stops.report(), **self.departures.report(end_s)}
         told |= self.rerouting.report() if self.rerouting else {}
@@ -137,15 +143,15 @@ def sum_up(
     Parameters
     ----------
     session
-        Its simulation is closed, so that SUMO has written all.
+        Its simulation is closed, so that SUMO's files are complete.
     tallies, told
-        What it told of its vehicles and by `Session.report`.
+        The rows of vehicles, and the figures of `Session.report`.
     flow
-        The rows of the table of flow.
+        The rows of the flow table.
     """
     if assembly.trips:
         tallies = _with_trips(assembly, session, tallies, folder, course)
-        told.pop("mean_depart_delay_s", None)  # that of trips is told with their other delays
+        told.pop("mean_depart_delay_s", None)  # trips have it among their other delays
     folder.write_table(flow_table(flow), run_folder.FLOW)
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
     folder.write_table(loop_table(ways), run_folder.LOOPS)
@@ -183,7 +189,7 @@ def sum_up(
 def _with_trips(
     assembly: Assembly, session: Session, tallies: Sequence[Tally], folder: Folder, course: RunCourse
 ) -> list[Tally]:
-    """Return the row of each vehicle, with SUMO's figures of trips."""
+    """Return the rows of the vehicles, with SUMO's figures of trips."""
     mine, departures = [tally for tally in tallies if tally.vehicle in assembly.trips], session.departures
     trips = gated_trips(
         read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
@@ -196,7 +202,7 @@ def _with_trips(
 
 
 def _with_trip(tally: Tally, trip: Trip | None, session: Session, course: RunCourse) -> Tally:
-    """Return the figures of a vehicle, with the last part of its way: in that step it has no odometer."""
+    """Return the row of a trip with the distance of its last step, for which it has no odometer."""
     gone = session.departures.arrived.get(tally.vehicle)
     if trip is None or gone is None or gone.at_s <= course.begin_s:
         return replace(tally, trip=trip)

@@ -1,1 +1,1 @@
-"""The vehicles of a run, their loops, and their start positions."""
+"""Which vehicles a run has: their loops, types, start positions and departures."""

@@ -1,4 +1,4 @@
-"""The loop and the type of each vehicle, if the route file does not give them."""
+"""Gives each vehicle a loop and a type, where the route file does not."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from loopgate.simulation.values import parse_amounts
 
 
 def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[VehicleDemand]:
-    """Give loops and types to the vehicles: types of the scenario, or the types on the loop."""
+    """Return the vehicles with loops and types, by the scenario's types or the types of the loop."""
     on_loop: dict[str, VehicleType] = {}
     for vehicle in file.vehicles:
         for way in (vehicle, *(one for one, _ in vehicle.ways)):
@@ -98,7 +98,7 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
 
 
 def evenly_round(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
-    """Start the vehicles of each loop evenly round it, in time at the speeds allowed."""
+    """Start the vehicles of each loop at even intervals, in time at the speed limits."""
     numbers = Counter(vehicle.loop.id for vehicle in vehicles)
     loops = {vehicle.loop.id: vehicle.loop for vehicle in vehicles}
     starts = {name: iter(even_starts_m(network, loop, numbers[name])) for name, loop in loops.items()}

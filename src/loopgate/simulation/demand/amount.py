@@ -4,7 +4,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 
 MOST_VEHICLES = 100_000
-"""Vehicles that depart in one run. Each is an object of its own: so many take about a gigabyte."""
+"""Most vehicles that depart in one run; they take about a gigabyte of memory."""
 
 
 def check_number(file: RoutesFile, begin_s: float, end_s: float) -> None:

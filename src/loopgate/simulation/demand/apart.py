@@ -1,4 +1,7 @@
-"""Vehicles that no gate can drive: trips become ordinary traffic, vehicles on loops are refused."""
+"""Separates gated vehicles from vehicles that no gate can drive.
+
+A trip that no gate can drive becomes ordinary traffic. A vehicle on a loop that no gate can drive is refused.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -28,17 +31,17 @@ class SortedOut:
     Attributes
     ----------
     everybody, vehicles, later
-        Those under the gate, of these those there from the beginning, and those that depart later, in order.
+        All gated vehicles; those there from the beginning; those that depart later, in the order of time.
     ordinary, ungated
-        Those in ordinary traffic; the latter as their file has them.
+        Vehicles in ordinary traffic; `ungated` is written as the file has them.
     others
-        One of no name on each further way for those who are led anew.
+        One nameless vehicle on each further path of trips that may be rerouted.
     anew
-        Those who are, by name.
+        For each trip that may be rerouted, the policy.
     apart
-        Those whom no gate can drive, with the reason, by name.
+        For each vehicle that no gate can drive, the reason.
     lines, moved
-        Lines about those whose ways do not work, and about those who do not depart when they should.
+        Warnings about trips whose paths cannot be cut into queues; about vehicles that do not depart in time.
     """
 
     everybody: list[VehicleDemand]
@@ -68,12 +71,12 @@ class SortedOut:
 def sort_out(
     scenario: Scenario, network: RoadNetwork, everybody: Sequence[VehicleDemand], file: RoutesFile | None
 ) -> SortedOut:
-    """Separate vehicles under the gate, with their departures, from ordinary traffic.
+    """Separate gated vehicles, with their departures, from ordinary traffic.
 
     Raises
     ------
     LoopgateError
-        If nobody is under the gate, or somebody on a loop cannot be.
+        If no vehicle is gated, or a vehicle on a loop cannot be gated.
     """
     mine, ordinary = choose_gated(scenario, everybody) if scenario.gated else (list(everybody), [])
     vehicles, later, moved = by_departure(scenario, mine, file)
@@ -101,7 +104,7 @@ def sort_out(
 
 
 def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
-    """Return the additional files that SUMO is given with the vehicles."""
+    """Return the additional files that SUMO gets with the vehicles."""
     files = [*scenario.stop_files, *(file.stop_files if file else ())]
     for name in dict.fromkeys((scenario.network, scenario.traffic)):
         files += read_sumo_config(name).additional_files if is_sumo_config(name) else ()
@@ -109,14 +112,14 @@ def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
 
 
 def of_no_safe_type(vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
-    """Return the trips of a type that no gate can drive, with the reason, by name."""
+    """Return the trips whose type no gate can drive, with the reason, by name."""
     once = [v for v in vehicles if not v.loop.closed]
     whys = {kind: why_unsafe(kind, step_s) for kind in {v.type for v in once}}
     return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
 
 
 def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None) -> dict[str, str]:
-    """Return the trips with a stop that no gate can work with, with the reason, by name."""
+    """Return the trips with a stop that no gate can handle, with the reason, by name."""
     ways = {way.loop.id: way for way in (abstraction.later if abstraction else ())}
     found = {}
     for vehicle in (v for v in vehicles if v.stops and not v.loop.closed and v.loop.id in ways):
@@ -130,12 +133,12 @@ def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | No
 def fitted_stops(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None
 ) -> dict[str, tuple[Stop, ...]]:
-    """Return the stops that each vehicle makes under a gate, by the vehicle's name.
+    """Return the stops of each vehicle under a gate, by the vehicle's name.
 
     Raises
     ------
     ScenarioError
-        If vehicles make stops that no gate can work with; the text names them all.
+        If vehicles have stops that no gate can handle; the text names them all.
     """
     stops = {vehicle.id: vehicle.stops for vehicle in vehicles if vehicle.stops}
     if not scenario.gated or abstraction is None:

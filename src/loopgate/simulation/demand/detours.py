@@ -1,4 +1,4 @@
-"""Loops that lead round streets on which something stands, found before the run."""
+"""Finds detours: loops that lead round streets on which something stands."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from loopgate.reading import counted, listed
 from loopgate.simulation.demand.once import find_unfit
 
 LONG_STOP_S = 300.0
-"""A vehicle that stands on the road at a stop for longer is led round [s]."""
+"""Vehicles are led round a vehicle that stops on the road for longer than this [s]."""
 
 _U_TURN_S = 60.0
-"""A turn on the spot counts as so much time [s]: another way is better, if it is not much longer."""
+"""A U-turn counts as this much time, so that a path without one is chosen unless it is much longer [s]."""
 
 
 _SKIPPED = 3.0
-"""The part of a loop that is left out counts so many times as long as the way round it."""
+"""The time of the loop's part that a detour leaves out counts this many times."""
 
 
 class Detours:
@@ -53,21 +53,22 @@ class Detours:
                     self._graph.add_edge(c.from_edge, c.to_edge, weight=taken_s)
 
     def _time_s(self, edge: str) -> float:
-        """Return how long an edge takes at the speed that is allowed [s]."""
+        """Return the time for an edge at its speed limit [s]."""
         lanes = self._network.edges[edge].lanes
         return lanes[0].length_m / max(lane.speed_mps for lane in lanes)
 
     def around(self, loop: Loop, avoided: AbstractSet[str]) -> Loop | None:
         """Return a loop that avoids some edges and keeps as much of a loop as possible.
 
-        It leaves the loop at the last junction before them from where a way leads round. It comes back to the
-        loop where the way there and the part of the loop that is left out take the least time together. Where
-        there is a choice it keeps to the lanes of the loop: a vehicle that waits on one cannot change.
+        It leaves the loop at the last junction before these edges from which a path leads round. It comes
+        back where the path and the left-out part of the loop together take the least time. Where there is a
+        choice, it stays on the lanes of the loop: a vehicle that waits on a lane cannot change.
 
         Returns
         -------
         Loop or None
-            None if it does not use them, no way leads round, or the way passes every edge more than once.
+                None if the loop does not use these edges, no path leads round, or the detour passes every
+            edge more than once.
         """
         edges = self._edges_around(loop, avoided)
         if edges is None:
@@ -126,9 +127,9 @@ class FoundDetours:
     Attributes
     ----------
     vehicles
-        One of no name on each of them, for each type.
+        One nameless vehicle on each detour, for each type.
     own
-        By the name of each the name of the loop that it is a detour of.
+        By name of a detour, the name of the loop that it replaces.
     """
 
     vehicles: tuple[VehicleDemand, ...] = ()
@@ -141,29 +142,29 @@ def find_detours(
     incidents: Incidents,
     beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
-    """Return the detours that may be needed while a road is blocked and that work as queues.
+    """Return the detours that a run may need and that can be cut into queues.
 
-    Needed are loops round each closed edge, round all that are closed at once, round each edge of the loop
-    of a vehicle that breaks down and the junction before it, with what is closed then, and round each edge on
-    which a vehicle stands long at a stop on the road.
+    A detour may be needed round each closed edge; round all edges that are closed at once; round each edge of
+    the loop of a vehicle that breaks down, with the junction before it and what is closed then; and round
+    each edge with a long stop on the road.
 
     Parameters
     ----------
     vehicles
-        Those on loops, with their stops.
+        The vehicles on loops, with their stops.
     beside
-        All others that are laid out with them.
+        All other vehicles whose paths are cut together with these loops.
 
     Raises
     ------
     RefusedLoopError
-        If a loop of the vehicles themselves does not work as queues.
+        If a loop of the vehicles themselves cannot be cut into queues.
     """
     return find_detours_round(network, vehicles, _avoided(network, vehicles, incidents), beside)
 
 
 def _single_lap(edges: tuple[str, ...]) -> tuple[str, ...]:
-    """Return one lap of edges that are several equal laps: what is left of a loop that passes edges twice."""
+    """Return one lap of a sequence of edges that consists of equal laps."""
     count = len(edges)
     laps = (lap for lap in range(1, count) if count % lap == 0 and edges[:lap] * (count // lap) == edges)
     return edges[: next(laps, count)]
@@ -175,21 +176,21 @@ def find_detours_round(
     each: Iterable[AbstractSet[str]],
     beside: Sequence[VehicleDemand] = (),
 ) -> FoundDetours:
-    """Return the loops round each set of edges, without loops that do not work as queues.
+    """Return the detours round each set of edges that can be cut into queues.
 
     Parameters
     ----------
     vehicles
-        One at least on each loop, of each type.
+        At least one vehicle for each loop and type.
     each
-        The sets of edges to be avoided.
+        The sets of edges to avoid.
     beside
-        All others that are laid out with them.
+        All other vehicles whose paths are cut together with these loops.
 
     Raises
     ------
     RefusedLoopError
-        If a loop of the vehicles themselves does not work as queues.
+        If a loop of the vehicles themselves cannot be cut into queues.
     """
     finders: dict[str, Detours] = {}
     taken = {v.loop.id for v in (*vehicles, *beside)}
@@ -224,9 +225,10 @@ def find_detours_round(
 def _avoided(
     network: RoadNetwork, vehicles: Iterable[VehicleDemand], incidents: Incidents
 ) -> Iterator[frozenset[str]]:
-    """Yield the sets of edges that something may stand on at the same time.
+    """Yield the sets of edges on which something may stand at the same time.
 
-    A vehicle that breaks down may stand on the junction before an edge: then all edges into that are avoided.
+    A vehicle that breaks down may stand on the junction before an edge; then all edges into that junction are
+    avoided too.
     """
     into = edges_into(network)
     by_name: Mapping[str, VehicleDemand] = {v.id: v for v in vehicles}
@@ -259,7 +261,7 @@ def edges_into(network: RoadNetwork) -> Mapping[str, AbstractSet[str]]:
 
 
 def stands_long(stop: Stop) -> bool:
-    """Return whether vehicles are led round a stop: it is on the road, and long or of unknown end."""
+    """Return whether vehicles are led round a stop: on the road, and long or without a known end."""
     return not stop.parks and (stop.duration_s > LONG_STOP_S or bool(stop.triggers))
 
 

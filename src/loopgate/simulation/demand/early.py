@@ -1,4 +1,4 @@
-"""Refuses too many vehicles by the flows alone, before the network is read."""
+"""Refuses flows with too many vehicles before the network is read."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -12,16 +12,16 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_options import begins_s
 
 _LARGEST_BYTES = 4_000_000
-"""Larger files are read once only: a file that asks for much by few words is small."""
+"""Larger files are not read twice: a file that asks for many vehicles with few words is small [bytes]."""
 
 
 def refuse_too_many(scenario: Scenario) -> None:
-    """Refuse flows of more vehicles than any run may have; the run judges unclear cases.
+    """Refuse flows that exceed the largest number of vehicles; the run itself judges unclear cases.
 
     Raises
     ------
     RouteError
-        The text names the flow that makes most of them.
+        The text names the flow with most vehicles.
     """
     begin_s = 0.0
     with suppress(LoopgateError):
@@ -29,7 +29,7 @@ def refuse_too_many(scenario: Scenario) -> None:
     end_s = begin_s + scenario.warmup_s + scenario.duration_s
     for source in filter(None, _sources(scenario)):
         flows: list[tuple[str, Flow]] = []
-        with suppress(LoopgateError, OSError):  # told when it is read for the run
+        with suppress(LoopgateError, OSError):  # the run reports the error when it reads the file
             flows = flows_in(_small(source))
         check_flows(flows, begin_s, end_s, source)
 

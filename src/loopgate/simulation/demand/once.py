@@ -1,4 +1,4 @@
-"""Trips: which are under the gate, on which lanes, and their other ways."""
+"""Vehicles that drive once: which of them are gated, on which lanes, and by which other paths."""
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -25,12 +25,12 @@ _MOST_SHOWN = 5
 def choose_gated(
     scenario: Scenario, vehicles: Sequence[VehicleDemand]
 ) -> tuple[list[VehicleDemand], list[VehicleDemand]]:
-    """Return gated and ordinary vehicles; a vehicle on a loop is always gated.
+    """Return the gated and the ordinary vehicles; a vehicle on a loop is always gated.
 
     Raises
     ------
     ScenarioError
-        If the scenario names neither a type of theirs nor a file, or that names nobody.
+        If the scenario names neither a type of these vehicles nor a file with names of them.
     """
     who = scenario.rule_for_gated
     once = [v for v in vehicles if not v.loop.closed]
@@ -68,8 +68,8 @@ def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
 def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
     """Choose lanes for trips so that parallel lanes share the traffic, in order of departure.
 
-    Each is led twice, the second time knowing how all others are. Who drives over the same lanes has the same
-    way from then on.
+    Each trip gets its lanes twice; the second time, the lanes of all other trips are known. Vehicles over the
+    same lanes share one path.
     """
     load: Counter[str] = Counter()
     led = {v.id: v.loop for v in vehicles if not v.loop.closed}
@@ -103,14 +103,14 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
 
 
 def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
-    """Return a vehicle led over other lanes of its edges."""
+    """Return a vehicle that drives its edges on other lanes."""
     begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
     return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
 
 
 def _counted(way: Loop) -> Iterator[str]:
-    """Yield the load of a vehicle: its lanes, and the movements from them."""
+    """Yield what a vehicle loads: its lanes, and its movements from them."""
     for span in way.roads:
         yield span.lane_id
     for span, after in pairwise(way.roads):
@@ -118,9 +118,9 @@ def _counted(way: Loop) -> Iterator[str]:
 
 
 def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
-    """Return a nameless vehicle on each further way between the ends of vehicles that may be rerouted.
+    """Return a nameless vehicle on each further path between the ends of trips that may be rerouted.
 
-    It begins on the lane on which they do.
+    The path begins on the lane on which the trip begins.
     """
     asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
     ways = ways_between(network, list(dict.fromkeys(asked.values())))
@@ -146,14 +146,14 @@ def _index(text: str | None) -> int | None:
 def fit_in(
     network: RoadNetwork, vehicles: Sequence[VehicleDemand], led: Collection[str]
 ) -> tuple[dict[str, list[VehicleDemand]], list[VehicleDemand]]:
-    """Return the trips that cannot be gated, by reason, and the other ways that work.
+    """Return the trips that cannot be gated, by reason, and the other paths that can be used.
 
     Parameters
     ----------
     vehicles
-        All that are to be gated.
+        All vehicles that shall be gated.
     led
-        Those that may be led other ways, by name.
+        Names of the trips that may be rerouted.
     """
     closed, once = ([v for v in vehicles if v.loop.closed is closes] for closes in (True, False))
     others = _find_other_ways(network, [v for v in once if v.id in led])
@@ -164,7 +164,7 @@ def fit_in(
 
 
 def left_out(unfit: Mapping[str, Sequence[VehicleDemand]]) -> Iterator[str]:
-    """Return a warning for each reason why vehicles cannot be under the gate."""
+    """Yield a warning for each reason why vehicles cannot be gated."""
     for reason, some in unfit.items():
         count, first = len(some), some[0]
         yield (
@@ -176,12 +176,12 @@ def left_out(unfit: Mapping[str, Sequence[VehicleDemand]]) -> Iterator[str]:
 def find_unfit(
     network: RoadNetwork, staying: Sequence[VehicleDemand], asked: Sequence[VehicleDemand]
 ) -> dict[str, list[VehicleDemand]]:
-    """Return, by reason, the vehicles of `asked` whose ways do not work as queues beside all others.
+    """Return, by reason, the vehicles of `asked` whose paths cannot be cut into queues with all others.
 
     Raises
     ------
     RefusedLoopError
-        If one of those `staying` does not.
+        If the loop of a vehicle of `staying` cannot.
     """
     unfit: dict[str, list[VehicleDemand]] = {}
     alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
@@ -191,7 +191,7 @@ def find_unfit(
         width_m: narrow_lanes(network, lanes, reach_m=reach_m((width_m,)))
         for width_m in dict.fromkeys(kind.width_m for _, kind in alone)
     }
-    for loop, kind in alone:  # first, since it is quick: who is too long makes the rest slow
+    for loop, kind in alone:  # first, since it is quick: vehicles that are too long make the rest slow
         alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
     for v in asked:
         if refusal := alone[v.loop, v.type]:

@@ -1,4 +1,4 @@
-"""Start positions of vehicles that no abstraction places, and the departures of later vehicles."""
+"""Start positions of vehicles that no abstraction places, and positions of later departures."""
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
@@ -15,24 +15,24 @@ from loopgate.simulation.sumo.input import VehicleStart, start_of
 from loopgate.simulation.sumo_options import begins_s
 
 _CLEAR_M = 0.5
-"""Room behind a vehicle that departs, to the beginning of its place [m]."""
+"""Space between the beginning of a place and the rear of a vehicle that departs in it [m]."""
 
 _LEAST_M = 0.5
-"""Room before it, to its line [m]."""
+"""Space between the front of a vehicle that departs and its stop line [m]."""
 
 _TRY_EVERY_M = 2.5
-"""How far apart places on a loop are tried [m]."""
+"""Distance between positions on a loop that are tried one after the other [m]."""
 
 
 def spread(vehicles: Sequence[VehicleDemand], rng: Random) -> list[float]:
-    """Place vehicles on their loops so that each is on one lane and none overlap.
+    """Place vehicles on their loops so that each is on one lane and no two overlap.
 
     Parameters
     ----------
     vehicles
-        Where they would like to stand, if they say it (`depart_m`).
+        Each with the position that it wants, if any (`depart_m`).
     rng
-        Draws it for the others; each takes the next free place from there.
+        Draws a position for the other vehicles. Each vehicle takes the next free position from there.
 
     Returns
     -------
@@ -42,7 +42,7 @@ def spread(vehicles: Sequence[VehicleDemand], rng: Random) -> list[float]:
     Raises
     ------
     ScenarioError
-        If a loop has no free place left; the text names the vehicle's number and the loop.
+        If a loop has no free position left; the text names the vehicle's number and the loop.
     """
     taken: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
     fronts: list[float] = []
@@ -81,7 +81,7 @@ def _next_free(
 def by_departure(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], file: RoutesFile | None
 ) -> tuple[list[VehicleDemand], list[VehicleDemand], tuple[str, ...]]:
-    """Return the vehicles at the beginning, the later departures in order, and warnings."""
+    """Return the vehicles there from the beginning, the later departures in order of time, and warnings."""
     twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
     if twice is not None:
         msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
@@ -109,7 +109,7 @@ def by_departure(
 
 @dataclass(frozen=True, slots=True)
 class Departure:
-    """A vehicle that departs later: where, on which track under a gate, and when at the earliest [s]."""
+    """A vehicle that departs later: its start, its path under a gate, and its earliest departure [s]."""
 
     start: VehicleStart
     track: Track | None
@@ -117,14 +117,14 @@ class Departure:
 
 
 def departs_at_edge(vehicle: VehicleDemand) -> Departure:
-    """Return SUMO's position for a departing vehicle: as in its file, or as far back as possible."""
+    """Return the departure of an ungated vehicle: where its file says, or as far back as possible."""
     least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
     return Departure(start_of(vehicle, front_m, depart_s=vehicle.depart_s), None, vehicle.depart_s)
 
 
 def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
-    """Return where a vehicle goes off the road: where its file wants it, but not beyond its last line."""
+    """Return the arrival position: where the file wants it, but not beyond the vehicle's last stop line."""
     last = vehicle.loop.roads[-1]
     most_m = way.legs[-1].begin_m - last.begin_m
     try:
@@ -136,14 +136,14 @@ def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
 
 
 def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
-    """Return the longest place on the road of the first one: there may be one before lanes are changed."""
+    """Return the longest place on the edge of place `first`, from `first` on."""
     end_m = loop.span_at(way.legs[first].begin_m).end_m
     own = [k for k in range(first, len(way.legs) - 1) if way.legs[k].end_m <= end_m]
     return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
 
 
 def departs_in_place(network: RoadNetwork, vehicle: VehicleDemand, way: Itinerary) -> Departure:
-    """Return where a vehicle departs under a gate: as a whole within the place where its file wants it."""
+    """Return the departure of a gated vehicle: in full length in the place where its file wants it."""
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.loop.lap_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)

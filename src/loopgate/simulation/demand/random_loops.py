@@ -1,4 +1,4 @@
-"""Random loops for a run."""
+"""Finds random loops for a run."""
 
 from collections.abc import Callable, Sequence
 from itertools import islice
@@ -15,12 +15,12 @@ from loopgate.simulation.scenario import Scenario
 
 
 def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundLoops:
-    """Find `count` random loops for a scenario; on queues only loops that work together.
+    """Find `count` random loops for a scenario; with queues, only loops that can all be cut together.
 
     Raises
     ------
     RouteError
-        If there is not a single one; the text says why.
+        If there is not a single loop; the text says why.
     """
     if not network.content:
         return _random_loops(scenario, network, count)
@@ -62,12 +62,12 @@ def loops_for_queues(
     progress: Callable[[int], None] | None = None,
     **options: Unpack[LoopOptions],
 ) -> FoundLoops:
-    """Find `count` loops that work as queues for vehicles of a `kind`, also together.
+    """Find `count` loops that can be cut into queues for vehicles of a type `kind`, also all together.
 
     Raises
     ------
     RouteError
-        If there is not a single one; the text says why.
+        If there is not a single loop; the text says why.
     """
     refused: list[str] = []
 
@@ -91,7 +91,7 @@ def loops_for_queues(
     while (error := _not_together(network, loops, kind)) is not None:
         refused.append(error.refused[error.loop].reason)
         loops = [loop for loop in loops if loop.id != error.loop]
-        # Each newcomer can keep others from working in its turn, so there is an end to trying.
+        # Each new loop can make other loops fail in turn, so the number of tries is limited.
         if spare:
             spare -= 1
             loops += islice(search, 1)
@@ -105,9 +105,9 @@ def _dropped(reasons: Sequence[str]) -> str:
 
 
 def _not_together(network: RoadNetwork, loops: Sequence[Loop], kind: VehicleType) -> RefusedLoopError | None:
-    """Return why a loop that works alone does not work beside the others.
+    """Return the error for a loop that can be cut into queues alone, but not with the other loops.
 
-    Where one loop changes lanes, or on the other lane of a narrow street, another loses places.
+    A loop that changes lanes, or uses the other lane of a narrow street, can take places from another loop.
     """
     if not loops:
         return None

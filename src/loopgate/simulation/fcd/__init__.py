@@ -1,1 +1,1 @@
-"""Runs that are read from the FCD output of a finished SUMO simulation."""
+"""Makes a run folder from the FCD output of a finished SUMO simulation."""

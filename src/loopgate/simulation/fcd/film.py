@@ -1,4 +1,4 @@
-"""A finished simulation, frame by frame: positions, mileage, and the vehicle each vehicle waits for."""
+"""Plays the frames of a finished simulation: positions, distances, and which vehicles block which."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from loopgate.simulation.fcd.frames import Seen
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
-"""Length and minimum gap of SUMO's car: FCD output holds neither."""
+"""Length and minimum gap of SUMO's default car [m]: FCD output has neither."""
 
 _MOST_SKIPPED = 3
-"""So many short edges a vehicle may pass between two frames."""
+"""A vehicle may pass at most this many short edges between two frames."""
 
 _WIDTH_M = 1.8
-"""Width of a car: closer to the middle of its body nobody passes."""
+"""Width of a car: a vehicle cannot pass nearer than this to the middle of another's body [m]."""
 
 _TOUCHING_M = 3.0
-"""A leader at most this far ahead, beyond the minimum gap, leaves a standing vehicle no way on."""
+"""A vehicle that stands cannot go on if its leader is within the minimum gap plus this distance [m]."""
 
 _AT_JUNCTION_M = 15.0
-"""A vehicle this near to its lane's end may stand there because of the junction."""
+"""A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
 
 
 @dataclass(slots=True)
@@ -61,12 +61,12 @@ class Course:
 
 
 class Film:
-    """Plays frames, as far as a deadlock detector looks at a simulation.
+    """Shows frames to a deadlock detector like a running simulation.
 
     Parameters
     ----------
     network
-        The network that the vehicles drive on.
+        The network on which the vehicles drive.
     step_s
         Time between two frames [s].
     """
@@ -84,7 +84,7 @@ class Film:
         self._by_lane: dict[str, list[Connection]] = defaultdict(list)
         self._over: dict[str, list[Connection]] = defaultdict(list)
         self._lanes_at: dict[str, set[str]] = defaultdict(set)
-        """The internal lanes of each junction, and the lanes that lead out of it."""
+        """For each junction, its internal lanes and the lanes that lead out of it."""
         for connection in network.connections:
             self._by_lane[connection.from_id].append(connection)
             self._lanes_at[connection.junction].update((*connection.via, connection.to_id))
@@ -92,9 +92,9 @@ class Film:
                 self._over[lane].append(connection)
 
     def show(self, time_s: float, vehicles: Iterable[Seen]) -> list[tuple[str, str]]:
-        """Take over the next frame; return the vehicles that have entered an edge, each with the edge.
+        """Show the next frame; return each vehicle that has entered an edge, with the edge.
 
-        In the first frame nobody enters: vehicles are there already.
+        In the first frame no vehicle enters: all are there already.
         """
         first = not self.courses
         self.now_s = time_s + self.step_s
@@ -158,26 +158,26 @@ class Film:
         return one.lane, one.pos_m
 
     def position(self, vehicle: str) -> tuple[float, float] | None:
-        """Return where the front is [m]; None if the vehicle is not on the road."""
+        """Return the position of a vehicle's front [m]; None if the vehicle is not on the road."""
         one = self._seen.get(vehicle)
         return None if one is None else (one.x_m, one.y_m)
 
     def pauses(self, vehicle: str) -> bool:
-        """Return False: FCD output tells neither of lights nor of stops."""
+        """Return False: FCD output has neither lights nor stops."""
         del vehicle
         return False
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles that each, alone, block a standing vehicle."""
+        """Return the vehicles of which each alone blocks a standing vehicle."""
         return [some[0] for some in self.blocked_by(vehicle, guess=guess) if len(some) == 1]
 
     def blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
-        """Return sets of vehicles: of each set some vehicle must move on before this vehicle can.
+        """Return sets of vehicles: in each set, some vehicle must move before this vehicle can.
 
-        They are the leader; or, at the end of a lane and inside a junction, the vehicles that leave no room
-        behind the junction and those that stand inside across its way. Which way it goes is known from its
-        last time here, if there was one. Else it may take any way of its lane; if it is to `guess`, it takes
-        one that is blocked, for it would not stand so long before a free one.
+        The blocker is the leader. At the end of a lane and inside a junction, blockers are the vehicles that
+        leave no space after the junction, and the vehicles that stand inside it across the movement. The
+        vehicle's movement is known if it has taken it here before. Otherwise it may be any movement from its
+        lane. With `guess` it is a blocked one, since the vehicle would not stand so long before a free one.
         """
         one = self._seen[vehicle]
         if (leader := self._leader(one)) is not None:
@@ -200,7 +200,7 @@ class Film:
         return [sorted({other for some in blocked for other in some})]
 
     def _leader(self, one: Seen) -> str | None:
-        """Return the next vehicle ahead on the lane, if it leaves no room."""
+        """Return the next vehicle ahead on the lane, if it stands too near to drive up to."""
         ahead = [other for other in self._standing_on(one.lane) if other.pos_m > one.pos_m]
         if not ahead:
             return None
@@ -209,7 +209,7 @@ class Film:
         return leader.vehicle if near else None
 
     def _blockers(self, one: Seen, way: Connection) -> list[str]:
-        """Return the vehicles that stand where this movement leads, or across its way inside the junction."""
+        """Return the vehicles that stand behind or inside a junction, in the way of a movement."""
         here = way.via.index(one.lane) if one.lane in way.via else -1
         path = self._path(one, way.via[here:] if here >= 0 else way.via)
         near = [other for lane in self._lanes_at[way.junction] for other in self._standing_on(lane)]
@@ -217,7 +217,7 @@ class Film:
             other.vehicle for other in near if path is not None and _body(other).distance(path) < _WIDTH_M
         }
         last = min(self._standing_on(way.to_id), key=lambda other: other.pos_m, default=None)
-        # Inside a junction it goes on until it touches; before one it waits for room to clear the junction.
+        # Inside a junction a vehicle goes on until it touches; before one it waits for space beyond it.
         over_m = path.length if here >= 0 and path is not None else 0.0
         room_m = _LENGTH_M + _GAP_M + (_TOUCHING_M if here >= 0 else _LENGTH_M)
         if last is not None and over_m + last.pos_m < room_m:
@@ -225,7 +225,7 @@ class Film:
         return sorted(found - {one.vehicle})
 
     def _path(self, one: Seen, lanes: Sequence[str]) -> LineString | None:
-        """Return the way of a vehicle over the rest of a junction, along these internal lanes."""
+        """Return the line of a vehicle over the rest of a junction, along these internal lanes."""
         points = [point for lane in lanes for point in self._network.lanes[lane].shape]
         if len(points) < 2:  # noqa: PLR2004  a network without internal lanes
             return None
@@ -253,7 +253,7 @@ def _body(one: Seen) -> LineString:
 
 
 class FilmDetector(DeadlockDetector):
-    """Looks at frames: a vehicle may have several ways on, of which all are blocked."""
+    """Detects deadlocks in frames, where a vehicle may have several movements that are all blocked."""
 
     def __init__(self, film: Film, *, after_s: float) -> None:
         super().__init__(film, after_s=after_s)

@@ -1,4 +1,4 @@
-"""The FCD output of a finished simulation as a run folder: figures, idleness, deadlocks, positions."""
+"""Writes a run folder from FCD output: figures, idleness, deadlocks and positions."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ def write_fcd_run(
 ) -> dict[str, Any]:
     """Write a run folder from FCD output; return the content of its ``summary.json``.
 
-    Deadlocks are circles of vehicles that have stood for `deadlock_after_s` and leave each other no room; see
-    `loopgate.simulation.fcd.film`. They are looked for every ten seconds.
+    Deadlocks are circular waits of vehicles that have stood for `deadlock_after_s` without space to go on;
+    see `loopgate.simulation.fcd.film`. They are looked for every ten seconds.
 
     Raises `ResultsError` if the file is no FCD output of this network, `NetworkError` if there is no such
     network, `ScenarioError` if the folder cannot be written.
@@ -64,17 +64,17 @@ def write_fcd_run(
     Parameters
     ----------
     file
-        What SUMO wrote by ``--fcd-output``, plain or compressed.
+        The file that SUMO wrote with ``--fcd-output``, plain or compressed.
     network
         As for `RoadNetwork.open`.
     out
-        The run folder to leave.
+        The run folder to write.
     deadlock_after_s
-        How long vehicles stand in a circle before it counts [s].
+        How long vehicles must stand in a circular wait before it counts [s].
     overwrite
         Whether an earlier run in `out` may be replaced.
     tell
-        Called now and then with the simulated seconds so far.
+        Called from time to time with the simulated seconds so far.
     """
     roads = RoadNetwork.open(network)
     frames = read_frames(file)
@@ -123,7 +123,7 @@ def _play(
     table: IO[str],
     tell: Callable[[int], None],
 ) -> list[Row]:
-    """Play all frames: note edges entered, positions and deadlocks; return the rows of the table of flow."""
+    """Play all frames; record entered edges, positions and deadlocks; return the rows of the flow table."""
     names = ("timestep_time", *(f"vehicle_{name}" for name in ATTRIBUTES))
     table.write(";".join(names) + "\n")
     rows: list[Row] = []
@@ -152,7 +152,7 @@ def _play(
 
 
 def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: float) -> Iterator[Frame]:
-    """Yield the frames; refuse frames that are missing, another network, and a file without vehicles."""
+    """Yield the frames; refuse missing frames, another network, and a file without vehicles."""
     last_s, empty = inf, True
     for time_s, vehicles in frames:
         if abs(time_s - last_s - step_s) > step_s / 2.0 and last_s < inf:
@@ -169,7 +169,7 @@ def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: fl
 
 
 def _check_place(vehicles: Sequence[Seen], file: Path, roads: RoadNetwork) -> None:
-    """Refuse output of another network, and longitudes in place of metres."""
+    """Refuse output of another network, and degrees of longitude in place of metres."""
     one = vehicles[0]
     lane = roads.lanes.get(one.lane)
     if lane is None:

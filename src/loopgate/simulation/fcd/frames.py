@@ -1,4 +1,4 @@
-"""The frames of SUMO's FCD output (floating car data): all vehicles at one time."""
+"""Reads SUMO's FCD output (floating car data) frame by frame: all vehicles at one time."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -31,7 +31,7 @@ class Seen(NamedTuple):
 
 
 Frame = tuple[float, list[Seen]]
-"""The time [s], and the vehicles."""
+"""The time of a frame [s], and its vehicles."""
 
 
 def read_frames(file: Path) -> Iterator[Frame]:
