@@ -126,10 +126,19 @@ def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]
         )
     )
     lane, edge = lane[order], edge[order]
+    x, y, reach_m = (
+        placed[:, _X].copy(),
+        placed[:, _Y].copy(),
+        np.hypot(placed[:, _HALF_M], placed[:, _WIDE_M]),
+    )
     found = []
     for one, other in _near(ranges):
-        apart = (lane[one] != lane[other]) & ((edge[one] < 0) | (edge[one] != edge[other]))
-        pairs = np.stack((one[apart], other[apart]))
+        near = (x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2 < (reach_m[one] + reach_m[other]) ** 2
+        pairs = np.stack((one[near], other[near]))  # circles around the rest do not meet
+        apart = (lane[pairs[0]] != lane[pairs[1]]) & (
+            (edge[pairs[0]] < 0) | (edge[pairs[0]] != edge[pairs[1]])
+        )
+        pairs = pairs[:, apart]
         found.append(pairs[:, _overlap(*placed[pairs])])
     one, other = order[np.concatenate(found, axis=1)]
     return np.minimum(one, other), np.maximum(one, other)

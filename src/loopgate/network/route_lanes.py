@@ -1,7 +1,7 @@
 """The lanes that a vehicle takes on a route that it drives once."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from loopgate.errors import RouteError
 from loopgate.network.lanes import (
@@ -111,6 +111,8 @@ class RouteChoices:
         self._network = network
         self._layers: dict[tuple[tuple[str, ...], str], list[Layer]] = {}
         self._spans: dict[tuple[Step, ...], tuple[LaneSpan, ...]] = {}
+        self._unasked: dict[tuple[tuple[str, ...], str, float], Loop] = {}
+        """Routes by edges, class and shortest change, for vehicles without wishes on empty lanes."""
 
     def make(
         self,
@@ -124,6 +126,25 @@ class RouteChoices:
         wishes: LaneWishes = _NO_WISHES,
     ) -> Loop:
         """Make a route with chosen lanes: see `make_route`."""
+        asked = tuple(edges), vclass, change_m
+        unasked = not load and wishes == _NO_WISHES
+        if unasked and asked in self._unasked:
+            return replace(self._unasked[asked], id=name)
+        found = self._choose(name, edges, vclass, source, load, change_m, wishes)
+        if unasked:
+            self._unasked[asked] = found
+        return found
+
+    def _choose(
+        self,
+        name: str,
+        edges: Sequence[str],
+        vclass: str,
+        source: str,
+        load: Mapping[str, int],
+        change_m: float,
+        wishes: LaneWishes,
+    ) -> Loop:
         network, what = self._network, f"{source}: route {name}" if source else f"route {name}"
         key = tuple(edges), vclass
         if key not in self._layers:

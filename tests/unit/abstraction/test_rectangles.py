@@ -59,3 +59,28 @@ def test_only_what_is_near_a_new_group_is_compared(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(rectangles, "overlapping", counted)
     find_overlaps("abcd", drawn, lane, edge, known)
     assert compared == [len(drawn[3])]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_pair_is_missed_and_far_pairs_are_not_looked_at(
+    monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    """It finds what a look at each two finds; sides are compared only where circles around meet."""
+    drawn = groups(10, seed)
+    rows = np.concatenate(drawn)
+    one, other = np.triu_indices(len(rows), 1)
+    together = rectangles._overlap(rows[one], rows[other])
+    expected = set(zip(one[together].tolist(), other[together].tolist(), strict=True))
+    looked_at: list[Floats] = []
+    original = rectangles._overlap
+
+    def noted(a: Floats, b: Floats) -> object:
+        apart_m = np.hypot(*(a[:, :2] - b[:, :2]).T)
+        looked_at.append(apart_m - np.hypot(a[:, 4], a[:, 5]) - np.hypot(b[:, 4], b[:, 5]))
+        return original(a, b)
+
+    monkeypatch.setattr(rectangles, "_overlap", noted)
+    every_lane = np.arange(len(rows))
+    found = rectangles.overlapping(rows, every_lane, every_lane)
+    assert set(zip(*map(np.ndarray.tolist, found), strict=True)) == expected
+    assert (np.concatenate(looked_at) <= 1e-9).all()

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 
 import pytest
 from roads import roads
 
 from loopgate.errors import RouteError
-from loopgate.network.route_lanes import LaneWishes, make_route
+from loopgate.network import route_lanes
+from loopgate.network.lanes import Cost, Layer, find_costs
+from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 
@@ -79,3 +82,22 @@ def test_edges_that_do_not_follow() -> None:
     """One line that names route and edges."""
     with pytest.raises(RouteError, match="route w: edge a does not lead to edge c"):
         make_route(WIDE, "w", ["a", "c"])
+
+
+def test_lanes_over_the_same_edges_are_chosen_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Thousands of trips share few ways; a wish, a load or a class of its own asks anew."""
+    chosen: list[int] = []
+
+    def counted(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, Cost]]:
+        chosen.append(1)
+        return find_costs(layers, last)
+
+    monkeypatch.setattr(route_lanes, "find_costs", counted)
+    choices = RouteChoices(WIDE)
+    first, second = (choices.make(name, ["a", "b", "c"]) for name in ("v", "w"))
+    assert (len(chosen), second.id, second.spans) == (1, "w", first.spans)
+    wished = choices.make("x", ["a", "b", "c"], wishes=LaneWishes(depart=1))
+    loaded = choices.make("y", ["a", "b", "c"], load=Counter({"a_0": 1, "b_0": 1, "c_0": 1}))
+    assert [way.spans[0].lane for way in (first, wished, loaded)] == [0, 1, 1]
+    choices.make("z", ["a", "b", "c"], vclass="bus")
+    assert len(chosen) == 4
