@@ -30,10 +30,10 @@ STARTS = ("random", "even")
 DRIVERS = ("human", "machine")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
-"""SUMO's drivers keep apart by tau, a second, and only if they look as often."""
+"""Longest step under a gate [s]: SUMO's drivers keep a headway of one second only if steps are no longer."""
 
 SERVE_AFTER_S = 60.0
-"""By default others make room for a vehicle that has waited for a grant for so long."""
+"""Default of `Scenario.serve_after_s` [s]."""
 
 _MANY = 1_000_000
 _LONG_S = 1e8  # three years
@@ -388,7 +388,7 @@ setattr(Scenario, "__signature__", _plain_signature())  # noqa: B010  mypy knows
 
 @cache
 def _rules() -> Mapping[str, Rule]:
-    """Return the rule that each field is annotated with."""
+    """Return the rule of each field, from its annotation."""
     hints = get_type_hints(Scenario, include_extras=True)
     return {field.name: hints[field.name].__metadata__[0] for field in dataclasses.fields(Scenario)}
 

@@ -1,6 +1,6 @@
-"""Settings that SUMO may have under a gate, which counts on drivers that keep clear of each other.
+"""Settings of SUMO and vehicle types that a gate accepts, because drivers then keep clear of each other.
 
-What is taken, and what is foreseen of it, was measured: `analysis/tables/roads.md` has the table.
+`analysis/tables/roads.md` has the measurements of what is accepted, and of what can be foreseen.
 """
 
 import re
@@ -28,27 +28,28 @@ _LETS = {
 """The highest harmless value of an attribute, and what a vehicle may do above it."""
 
 _FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
-"""Models of following with which it can be told when a vehicle will be past a crossing; SUMO's own first."""
+"""Car-following models for which the time to clear a crossing can be predicted; SUMO's default is first."""
 
 _UNFORESEEN = ("IDM", "IDMM", "EIDM", "ACC", "Wiedemann", "BKerner")
-"""Models that keep clear of what is before them, but may be slower over a crossing than expected."""
+"""Models that keep clear of vehicles ahead, but may be slower over a crossing than predicted."""
 
 _SUMO = {_TAU: 1.0, "accel": 2.6, "sigma": 0.5, "speedFactor": 1.0, "speedDev": 0.1}
-"""SUMO's values where a type of a car has none."""
+"""SUMO's defaults for a passenger car."""
 
 _LEAST_GAP_M = 0.5
 _MOST_DAWDLING_MPS2 = 1.75
-"""Acceleration times sigma: so much a driver may lose each second for no reason."""
+"""Largest acceleration times sigma: the speed that a driver may lose in a second without a reason."""
 
 _LEAST_TOP, _LEAST_PACE, _MOST_DEVIATION = 0.8, 0.9, 0.1
-"""Of the speed limit: top speed, mean of what drivers choose, and how far they differ. Who drives slower is
-on a crossing for longer than expected."""
+"""Limits relative to the speed limit: least top speed, least mean speed factor, and its largest deviation. A
+slower vehicle is on a crossing for longer than predicted."""
 
 _LONG_M = 9.0
-"""Vehicles longer than this swing out: how long they are in somebody's way depends on where both are."""
+"""A vehicle longer than this swings out, so the time that it blocks a crossing depends on both vehicles'
+positions [m]."""
 
 _OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
-"""Vehicle classes that by SUMO's defaults are slower than these bounds, or dawdle more."""
+"""Vehicle classes that SUMO's defaults make slower, or dawdle more, than these limits."""
 
 _ROUNDING = 1e-9
 
@@ -65,14 +66,14 @@ _UNDER_NO_GATE = {
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
     "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
 }
-"""Options of SUMO that no gate can work with: why, and the way out."""
+"""Options of SUMO that no gate can work with: the reason, and the way out."""
 
 _OFF = frozenset({"", "false", "0", "0.0", "0.00", "off", "no", "x", "-", "-1", "-1.00", "krauss"})
-"""Values that say as much as none."""
+"""Values that switch an option off."""
 
 
 def check_options(read: Callable[[str], str], *, step_s: float, source: str, way_out: str = "") -> None:
-    """Refuse options of SUMO under which a gate cannot keep vehicles apart.
+    """Refuse options of SUMO with which a gate cannot keep vehicles apart.
 
     Parameters
     ----------
@@ -88,7 +89,7 @@ def check_options(read: Callable[[str], str], *, step_s: float, source: str, way
     Raises
     ------
     ScenarioError
-        If there is one; the text names it and says why.
+        If such an option is set; the text names it and the reason.
     """
     for name, reason in _UNDER_NO_GATE.items():
         value = read(name)
@@ -98,7 +99,7 @@ def check_options(read: Callable[[str], str], *, step_s: float, source: str, way
 
 
 def is_on(value: str) -> bool:
-    """Return whether an option of SUMO is set to something."""
+    """Return whether an option of SUMO is switched on."""
     return value.strip().lower() not in _OFF
 
 
@@ -110,7 +111,7 @@ def _is_at_most(value: str, most: float) -> bool:
 
 
 def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:
-    """Raise an error for vehicle types whose drivers keep smaller gaps than a gate needs.
+    """Refuse vehicle types whose drivers keep smaller gaps than a gate needs.
 
     Parameters
     ----------
@@ -119,12 +120,12 @@ def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> 
     step_s
         Length of a simulation step [s].
     source
-        The file they come from, for the message.
+        The file of the types, for the message.
 
     Raises
     ------
     ScenarioError
-        If one of them was not measured clean; the text names type, attribute and way out.
+        If measurements have not shown a type to be safe; the text names type, attribute and way out.
     """
     for kind in {kind.id: kind for kind in kinds}.values():
         reason = why_unsafe(kind, step_s)
@@ -158,10 +159,10 @@ def why_unsafe(kind: VehicleType, step_s: float) -> str:
 
 
 def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> dict[str, str]:
-    """Return the types of vehicles whose passage over a crossing cannot be predicted, with reasons.
+    """Return the types whose time to clear a crossing cannot be predicted, with the reason.
 
-    Where a vehicle of such a type is before them, others set out only when it has left what they share. That
-    is safe whoever drives, and costs throughput.
+    While a vehicle of such a type is on a crossing, other vehicles set out only when it has left the shared
+    stretch. That is safe with any driver, and costs throughput.
 
     Parameters
     ----------
@@ -171,7 +172,7 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
     Returns
     -------
     dict
-        A warning for each such type, by its name; empty if all drive as SUMO's cars do.
+        A warning for each such type, by its name; empty if all drive like SUMO's cars.
     """
     fastest: dict[str, tuple[VehicleType, float]] = {}
     for loop, kind in {(loop.id, kind.id): (loop, kind) for loop, kind in users}.values():
@@ -207,7 +208,7 @@ def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
 
 
 def _speed_factor(kind: VehicleType) -> tuple[float, float]:
-    """Return mean and deviation: a number and ``speedDev``, or as in ``normc(1,0.1,0.2,2)``."""
+    """Return mean and deviation of the speed factor: from two numbers, or from ``normc(1,0.1,0.2,2)``."""
     text = kind.attributes.get("speedFactor", "")
     drawn = re.match(r"normc?\(([^,)]+),([^,)]+)", text)
     if not drawn:
@@ -223,4 +224,4 @@ def _number(kind: VehicleType, attribute: str, default: float | None = None) -> 
     try:
         return float(kind.attributes.get(attribute, fallback))
     except ValueError:
-        return fallback  # what is no number SUMO itself refuses
+        return fallback  # SUMO itself refuses a value that is no number

@@ -1,4 +1,4 @@
-"""SUMO's own options: by a configuration and by a scenario's own words, nothing dropped in silence."""
+"""SUMO's options from a configuration and from a scenario; a dropped option gives a warning."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _QUIET = frozenset(
         "log",
     }
 )
-"""The options among them that change nothing about what happens."""
+"""Options that are dropped without a warning, since they do not change the simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +44,11 @@ class SumoOptions:
     Attributes
     ----------
     arguments
-        Of SUMO's command line, to come before the run's own.
+        Arguments for SUMO's command line, before those of the run.
     additional_files
-        Of the configuration.
+        The additional files of the configuration.
     notes
-        Lines about what is not taken over, one for each.
+        One warning for each option that is dropped.
     begin_s
         When the simulation begins [s].
     configured
@@ -70,7 +70,7 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
     Raises
     ------
     ScenarioError
-        If a gate cannot work with an option, or it has to be said otherwise; the text names it and says why.
+        If a gate cannot work with an option, or the option must be set in another way; the text says which.
     """
     network, traffic, words = scenario.network, scenario.traffic, scenario.sumo
     if scenario.gated:
@@ -152,9 +152,9 @@ def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
 
 
 def begins_s(scenario: Scenario, file: RoutesFile | None = None) -> float:
-    """Return when the simulation begins [s]: as a configuration says, else at 0.
+    """Return when the simulation begins [s]: as a configuration says, otherwise at 0.
 
-    Without a configuration it begins when the first departs, where vehicles of the file drive once.
+    Without a configuration, and with vehicles that drive once, it begins when the first of them departs.
     """
     if not is_sumo_config(scenario.network):
         once = file is not None and any(vehicle.once for vehicle in file.vehicles)
@@ -164,7 +164,7 @@ def begins_s(scenario: Scenario, file: RoutesFile | None = None) -> float:
 
 
 def _seconds(text: str, file: Path) -> float:
-    """Return a time of SUMO's."""
+    """Return a time as SUMO writes it, in seconds."""
     try:
         return seconds(text)
     except ValueError as error:

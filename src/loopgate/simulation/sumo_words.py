@@ -1,4 +1,4 @@
-"""A scenario's own words to SUMO, as on its command line."""
+"""Options that a scenario passes on to SUMO's command line."""
 
 import shlex
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ REPLACED = {
     "quit-on-end": "runs end by themselves",
     "gui-settings-file": "it is for sumo-gui",
 }
-"""Options of a configuration in whose place the run's own go, and why."""
+"""Options of a configuration that the run sets itself, and why."""
 
 NEVER = {
     "random": "the run could not be repeated; see --seed",
@@ -36,16 +36,16 @@ NEVER = {
     "begin": "name it in a .sumocfg, and give that as NETWORK",
     "tls.all-off": "see --lights",
 }
-"""Options that cannot be passed on by a scenario's own words, and what to do instead."""
+"""Options that a scenario cannot pass on, and what to do instead."""
 
 
 def own_words(words: str) -> Iterator[tuple[str, str]]:
-    """Yield the options that are passed on to SUMO by name, with their values.
+    """Yield the names and values of the options that a scenario passes on to SUMO.
 
     Raises
     ------
     ScenarioError
-        If they are not written as on a command line, by long names, or are the run's own to set.
+        If the text is no command line with long option names, or sets an option of the run's own.
     """
     try:
         parts = shlex.split(words)

@@ -1,4 +1,4 @@
-"""Vehicles on loops under SUMO's own right of way: driven as under a gate, but without rules."""
+"""Opens a run under SUMO's own right of way: the same drive as under a gate, without rules."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ from loopgate.traffic.base import Traffic
 
 
 def alone(track: Track) -> Track:
-    """Return the path of a vehicle that asks for nothing: one leg, in a place of its own, that never ends."""
+    """Return a path without requests: one endless leg in a place of the vehicle's own."""
     front_m = track.front_m
     leg = Leg(StateId(track.vehicle), front_m, front_m + track.lap_m)
     return replace(track, legs=(leg,), start_position=0, start_m=front_m)
 
 
 class UngatedDepartures(Departures):
-    """Takes in vehicles that SUMO inserts itself.
+    """Adds vehicles to the drive that SUMO inserts by itself.
 
     Parameters
     ----------
     departures
-        In the order in which vehicles want to depart.
+        In the order of the wanted times.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class UngatedDepartures(Departures):
         self._starts = {one.start.vehicle: one.start for one in departures}
 
     def look(self) -> None:
-        """Take in the vehicles that SUMO has inserted in the last step."""
+        """Add the vehicles that SUMO has inserted in the last step."""
         if len(self.departed_s) == len(self._starts):
             return
         tracks: list[Track] = []

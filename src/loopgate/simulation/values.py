@@ -1,4 +1,4 @@
-"""The valid values of the keys of a scenario, and their checks."""
+"""Rules for the values of a scenario's keys, and their checks."""
 
 import numbers
 import operator
@@ -12,7 +12,7 @@ from loopgate.reading import is_plain, shown
 _LARGEST_AMOUNT = 1e6
 
 _LONGEST_TEXT = 4096
-"""Characters; as long as a path can be."""
+"""Most characters of a text; a path can be this long."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +22,10 @@ class Rule:
     Attributes
     ----------
     expected
-        The values expected, in words for messages.
+        The allowed values, in words for messages.
     accept
-        Returns a value as it is kept; raises TypeError or ValueError if it is none of this kind.
+            Returns a value in the form in which the scenario has it; raises TypeError or ValueError if it is
+        not allowed.
     """
 
     expected: str
@@ -32,7 +33,7 @@ class Rule:
 
 
 def checked(key: str, value: object, rule: Rule) -> object:
-    """Return a value in the form in which it is kept; raise an error if it is invalid.
+    """Return a value in the form in which the scenario has it; refuse a value that is not allowed.
 
     Raises
     ------
@@ -76,7 +77,7 @@ def length_range(most: float) -> Rule:
 
 
 def text() -> Rule:
-    """Return the rule for a text that can be printed and be the name of a file."""
+    """Return the rule for a text without control characters, which can be a file name."""
 
     def accept(value: object) -> str:
         if not isinstance(value, str):

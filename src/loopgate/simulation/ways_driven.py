@@ -1,4 +1,4 @@
-"""The ways that rerouted vehicles really drove, each as one path."""
+"""Joins the paths that rerouted vehicles really drove into one path each, for audit and replay."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,9 +11,9 @@ _ROUNDING_M = 1e-6
 
 
 def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
-    """Return a way as far as the end of a leg, and another from the end of that position on.
+    """Return one path up to the end of a leg, joined with another path from the end of leg `position`.
 
-    Both ends are the same place. Arc lengths go on from those of the first.
+    Both legs are the same place. Arc lengths continue those of the first path.
     """
     end_m = way.legs[leg].end_m
     by_m = end_m - other.legs[position].end_m
@@ -26,30 +26,30 @@ def continued(way: LoopWay, leg: int, other: LoopWay, position: int) -> LoopWay:
 
 
 def unrolled(way: LoopWay, leg: int, *, closed: bool) -> LoopWay:
-    """Return a way that is long enough for a leg of its endless way; an open one as it is."""
+    """Return a closed path repeated for enough laps to contain a leg; an open path as it is."""
     if not closed:
         return way
     laps = range(leg // len(way.legs) + 2)
     by_m = [lap * way.length_m for lap in laps]
     return LoopWay(
-        len(laps) * way.length_m + AWAY_M,  # it does not come round
+        len(laps) * way.length_m + AWAY_M,  # the path does not close
         tuple(_moved(span, metres) for metres in by_m for span in way.spans),
         tuple(_leg_moved(one, metres) for metres in by_m for one in way.legs),
     )
 
 
 def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: Mapping[str, int]) -> Layout:
-    """Return a layout in which each vehicle has a single way, the driven way, under a name of its own.
+    """Return a layout in which each vehicle that changed paths has one path of its own, as it drove.
 
     Parameters
     ----------
     layout
-        As it was before the run; all ways are in it.
+        The layout from before the run, with all paths.
     turns
-        The turns that vehicles took, by name.
+        The changes to other paths, by name of the vehicle.
     granted
-        The last leg that was granted to each of those on loops, on the way that it is on now. Its way is then
-        all that it drove, round after round.
+            For vehicles on loops, the last leg granted on the present path. Their path is then everything
+        that they drove, round after round.
     """
     loops, vehicles = dict(layout.loops), dict(layout.vehicles)
     for vehicle, some in turns.items():
@@ -76,7 +76,7 @@ def _moved(span: LoopSpan, by_m: float) -> LoopSpan:
 
 
 def _entered_as(one: LoopSpan, other: LoopSpan) -> LoopSpan:
-    """Return the road where a vehicle turns to another way: it comes as on one and leaves as on the other.
+    """Return the road where a vehicle changes paths: it enters as on one path and leaves as on the other.
 
     Between the two it may have to change lanes.
     """

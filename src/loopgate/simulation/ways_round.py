@@ -1,4 +1,4 @@
-"""The ways of a loop's vehicles: the loop, and the detours round blocked parts of it."""
+"""The paths that vehicles of a loop can take: the loop, and the detours round blocked parts of it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SAME_M = 0.1
 
 @dataclass(frozen=True, slots=True)
 class TurnOff:
-    """A vehicle went on by another way: from which leg of its own, which way, and from which leg of that."""
+    """A vehicle's change of path: at leg `leg` of its own path, to leg `position` of path `way`."""
 
     leg: int
     way: str
@@ -26,16 +26,16 @@ class TurnOff:
 
 
 class WaysRound:
-    """Knows the ways of each loop, the places on each edge and lane, and how far a way is free.
+    """Knows the paths for each loop, the places on each edge and lane, and how far a path is free.
 
     Parameters
     ----------
     roads
         The edges of the network, by name.
     every
-        A track on each loop, and on each detour.
+        A path on each loop, and on each detour.
     own
-        By the name of each detour the loop that it is a detour of.
+        By name of a detour, the name of the loop that it replaces.
     """
 
     def __init__(self, roads: Mapping[str, Edge], every: Iterable[Track], own: Mapping[str, str]) -> None:
@@ -48,13 +48,13 @@ class WaysRound:
         self._shut: frozenset[str] = frozenset()
         self._stuck: frozenset[str] = frozenset()
         self._free: dict[tuple[str, int], float] = {}
-        """How many places are free, by way and number of a place."""
+        """Number of free places ahead, by path and index of a place."""
         self._through: dict[tuple[str, str, float], Sequence[tuple[Track, int]]] = {}
-        """Ways and numbers by loop, place, and where that ends on the loop [m]."""
+        """Paths and indices on them, by loop, place, and where the place ends on the loop [m]."""
         self.on_edge: defaultdict[str, set[str]] = defaultdict(set)
         """The places on each edge."""
         self.on_lane: defaultdict[str, set[str]] = defaultdict(set)
-        """The places whose line is on each lane."""
+        """The places whose stop line is on each lane."""
         for some in self._ways.values():
             for track in some:
                 self._take(track)
@@ -69,11 +69,11 @@ class WaysRound:
                     self.on_edge[edge].add(leg.state)
 
     def own(self, track: Track) -> Track | None:
-        """Return the loop that a way belongs to; None for a vehicle that is on no loop."""
+        """Return the loop of a path; None for the path of a vehicle that drives once."""
         return self._ways[track.loop][0] if track.loop in self._ways else None
 
     def others(self, driver: LedVehicle) -> Sequence[tuple[Track, int]]:
-        """Return the ways of a vehicle's loop that go through its place, with the number of that on each."""
+        """Return the paths of a vehicle's loop through its place, with the index of that place on each."""
         here, loop = driver.leg(driver.granted), driver.track.loop
         key = loop, here.state, here.end_m
         if key not in self._through:
@@ -84,17 +84,17 @@ class WaysRound:
         return self._through[key]
 
     def junction(self, leg: Leg) -> str:
-        """Return the junction behind the line of a place."""
+        """Return the junction behind the stop line of a place."""
         return self._roads[leg.line.edge].to_junction
 
     def avoid(self, shut: AbstractSet[str], stuck: AbstractSet[str]) -> None:
-        """Record the places and junctions that vehicles are led round."""
+        """Set the places and junctions that vehicles are led round."""
         if shut != self._shut or stuck != self._stuck:
             self._shut, self._stuck = frozenset(shut), frozenset(stuck)
             self._free.clear()
 
     def free_legs(self, track: Track, position: int) -> float:
-        """Return how many places behind one on a way can be driven to; infinity if all can."""
+        """Return how many places after an index on a path can be driven to; infinity if all can."""
         count = len(track.legs)
         key = track.loop, position % count
         if key not in self._free:
@@ -104,6 +104,6 @@ class WaysRound:
         return self._free[key]
 
     def _leads_on(self, track: Track, position: int) -> bool:
-        """Return whether vehicles may be led to the next place on a way."""
+        """Return whether vehicles may be led to the next place on a path."""
         here, ahead = (track.legs[(position + n) % len(track.legs)] for n in (0, 1))
         return ahead.state not in self._shut and not (self._stuck and self.junction(here) in self._stuck)

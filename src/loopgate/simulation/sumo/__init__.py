@@ -1,1 +1,1 @@
-"""Files and options that SUMO is given to start with, and the room that it takes on the disk."""
+"""Starts SUMO: its input files, its options, and the disk space that it needs."""

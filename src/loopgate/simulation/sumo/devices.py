@@ -1,4 +1,4 @@
-"""SUMO's devices that would reroute gated vehicles; they are switched off, with a warning."""
+"""SUMO's devices that would move gated vehicles on their own: they are switched off, with a warning."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -22,7 +22,7 @@ LEADING = {
     "taxi": "lead them wherever they are called",
     "toc": "slow or stop them anywhere while nobody drives",
 }
-"""The effect that each such device would have."""
+"""What each such device would do to gated vehicles."""
 
 _REROUTING = "rerouting"
 
@@ -38,9 +38,10 @@ def has_device(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ReroutingPolicy:
-    """The times at which a vehicle is rerouted: a period [s], infinity for at departure only.
+    """When a vehicle is rerouted: every `every_s` seconds; infinite for at departure only.
 
-    And only where that way takes less than its own: times `factor` and `least_s` less [s].
+    A new path must take less than the own path: less by the constant `least_s` [s] and by the factor
+    `factor`.
     """
 
     every_s: float
@@ -49,14 +50,14 @@ class ReroutingPolicy:
 
 
 def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str, ReroutingPolicy]:
-    """Return the vehicles to reroute where another way is quicker, each with its policy, as in SUMO.
+    """Return the vehicles that are rerouted where another path is quicker, each with its policy, as in SUMO.
 
-    These are vehicles that drive once, without stops or edges to drive over in between.
+    These are vehicles that drive once, without stops and without edges that they must pass.
 
     Raises
     ------
     ScenarioError
-        If a share, period or threshold is none.
+        If a share, period or threshold is no number.
     """
     options = dict(_options(scenario, configured=is_sumo_config(scenario.network)))
     share = _number(scenario, options, "probability", 0.0)
@@ -91,14 +92,14 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 def leading_devices(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], rerouted: AbstractSet[str] = frozenset()
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the rerouting devices that gated vehicles would have, and a warning.
+    """Return the devices that gated vehicles would have and must not, and warnings.
 
-    Vehicles that are `rerouted` go without SUMO's device for that, too.
+    `rerouted`: vehicles that loopgate reroutes; they lose SUMO's rerouting device without a warning.
 
     Raises
     ------
     ScenarioError
-        If SUMO's options give one to them by their names: it cannot be taken from these.
+        If SUMO's options give a device to a gated vehicle by name: loopgate cannot switch that off.
     """
     configured = is_sumo_config(scenario.network)
     source = scenario.network if configured else scenario.routes or scenario.network

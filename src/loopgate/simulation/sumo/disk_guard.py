@@ -1,4 +1,4 @@
-"""Disk space for SUMO's own output."""
+"""Ends a run before SUMO's own output fills the disk."""
 
 import resource
 import shutil
@@ -8,7 +8,8 @@ from loopgate.disk import disk_error
 from loopgate.errors import ResultsError
 
 _SPARE_BYTES = 4 << 20
-"""SUMO keeps a mebibyte of text and as much of its compressed form in memory until it is closed."""
+"""Least free space: SUMO keeps 1 MiB of text and of compressed text in memory until it closes its file
+[bytes]."""
 
 
 class DiskGuard:
@@ -17,7 +18,7 @@ class DiskGuard:
     Parameters
     ----------
     file
-        The file that SUMO writes. Looking costs a microsecond or two, so it can be done at every step.
+        The file that SUMO writes. A check takes one or two microseconds, so it can be made in every step.
     """
 
     def __init__(self, file: Path) -> None:
@@ -27,12 +28,12 @@ class DiskGuard:
         self._limit = None if limit == resource.RLIM_INFINITY else limit
 
     def check(self) -> None:
-        """Check the space left.
+        """Check the space left on the disk.
 
         Raises
         ------
         ResultsError
-            If it may not suffice for what SUMO has still to write.
+            If it may not suffice for the rest of SUMO's output.
         """
         try:
             left = shutil.disk_usage(self._folder).free

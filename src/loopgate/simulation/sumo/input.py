@@ -1,4 +1,4 @@
-"""Writes SUMO's input for vehicles on endless loops: vehicle types, routes, rerouters."""
+"""Writes SUMO's input: vehicle types, endless routes on loops, and ordinary vehicles."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NOBODY = UngatedFleet()
 _ROUNDING_M = 1e-6
 
 _ROUNDS = "1000"
-"""So often SUMO by itself drives round a loop."""
+"""SUMO drives an ungated loop this often."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +39,11 @@ class VehicleStart:
     type
         Its vehicle type.
     lane
-        Index of the lane it stands on; None: the one that its loop names there.
+        Index of its lane; None for the lane of its loop.
     attributes, parameters
-        All else that SUMO is told of it: as XML has it, and as ``<param>`` elements by key.
+        Other XML attributes for SUMO, and ``<param>`` elements by key.
     depart_s
-        When it departs [s]; None for when the simulation begins.
+        When it departs [s]; None for the beginning of the simulation.
     """
 
     vehicle: str
@@ -82,7 +82,7 @@ class VehicleStart:
 
     @property
     def route(self) -> str:
-        """Name of the route on which it departs."""
+        """The name of the route on which the vehicle departs."""
         return f"from{self.edge}@{self.loop.id}"
 
     @property
@@ -100,7 +100,7 @@ class VehicleStart:
 
     @property
     def way(self) -> tuple[str, ...]:
-        """The edges of the route that SUMO gets: more than a whole round, or to the end of an open route."""
+        """The edges of the vehicle's first route in SUMO: more than one round of a loop, or an open route."""
         return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
 
 
@@ -121,16 +121,15 @@ def write_sumo_input(
     later: Sequence[VehicleStart] = (),
     renews: bool = True,
 ) -> list[str]:
-    """Write the additional file for `starts` into `folder` and return the SUMO options that load it.
+    """Write the additional file for `starts` into `folder`; return the SUMO options that load it.
 
-    A vehicle's first route leads from its start past an edge of its loop that the loop passes once; a
-    rerouter on that edge gives it two rounds that end on the same edge, again and again. So routes keep a
-    constant length however long the vehicle drives, and there is always a whole round of it ahead, on which
-    the vehicle can be held. Each loop has vehicle types of its own, since a rerouter is bound to vehicles by
-    their type. SUMO loads the additional files `beside` first. Vehicles without a time of departure are there
-    when the simulation begins, at `begin_s` [s]. Of those put in `later` only types and routes are written.
-    No rerouters are written unless SUMO `renews` the routes: else the drive does so, since vehicles may go on
-    by other loops.
+    A vehicle's first route leads from its start past an edge that its loop passes once. A rerouter on that
+    edge gives it two rounds that end on the same edge, again and again. So routes keep a constant length, and
+    a whole round on which the vehicle can be held is always ahead. Each loop has its own vehicle types, since
+    a rerouter finds its vehicles by type. SUMO loads the additional files `beside` first. Vehicles without a
+    departure time are there at the beginning, `begin_s` [s]. For vehicles in `later`, only types and routes
+    are written. With `renews` False no rerouters are written: loopgate renews the routes itself, since
+    vehicles may change to other loops.
 
     Raises
     ------
@@ -213,7 +212,8 @@ def write_ordinary(
 ) -> None:
     """Write ordinary vehicles as a SUMO route file, in order of departure.
 
-    Types that SUMO has from additional files are `known`. Those `ungated` are written as their file has them.
+    `known`: types that SUMO gets from additional files. `ungated`: vehicles that are written as their file
+    has them.
     """
     top = ET.Element("routes")
     top.extend(ungated.needs(known))
@@ -244,7 +244,7 @@ def write_ordinary(
 
 
 def _as_said(stop: Stop) -> dict[str, str]:
-    """Return the attributes of a stop as a file has them."""
+    """Return the attributes of a stop as in a route file."""
     said = {"duration": f"{stop.duration_s:g}"} if stop.duration_s or stop.until_s is None else {}
     if stop.until_s is not None:
         said["until"] = f"{stop.until_s:g}"

@@ -1,4 +1,4 @@
-"""Elements of additional files that would reroute or remove gated vehicles."""
+"""Finds elements of additional files that would reroute or remove gated vehicles."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -13,12 +13,12 @@ _LEADS = ("destProbReroute", "routeProbReroute")
 
 
 def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
-    """Raise an error for closed roads, rerouters and calibrators on loops that affect all vehicles.
+    """Refuse closed roads, rerouters and calibrators on loops that affect all vehicles.
 
     Raises
     ------
     ScenarioError
-        If there is one; the text names it, the loop and the way out.
+        If there is such an element; the text names it, the loop and the way out.
     """
     by_edge = {edge: loop.id for loop in loops for edge in loop.edges}
     for file in files:
@@ -31,10 +31,10 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
 
 
 def led_off(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> dict[str, str]:
-    """Return the trips that a rerouter may lead off their ways, with the reason, by name.
+    """Return the trips that a rerouter may lead off their paths, with the reason, by name.
 
-    It does so where a vehicle comes onto one of its edges: to another end or onto another route, or round
-    what it closes farther on.
+    A rerouter acts where a vehicle enters one of its edges. It may give the vehicle another destination or
+    route, or lead it round a closed edge farther on.
     """
     trips = [v for v in vehicles if not v.loop.closed]
     rerouters = [one for file in files for one in read_additional(file).iter("rerouter")] if trips else []

@@ -1,4 +1,4 @@
-"""Starts SUMO with options that hide nothing."""
+"""Starts SUMO with options that hide no deadlock and no collision."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -12,14 +12,14 @@ from loopgate.traffic.sumo import SumoTraffic
 
 
 def check_backend(backend: str) -> None:
-    """Say before any other work that the backend cannot work here.
+    """Refuse a backend that cannot work here, before any other work.
 
     Raises
     ------
     TrafficError
         If there is no display for ``gui``, or a simulation is under way in this process for ``libsumo``.
     """
-    if backend == "libsumo" and "libsumo" in sys.modules:  # else nobody can have started it here
+    if backend == "libsumo" and "libsumo" in sys.modules:  # otherwise no simulation can run in this process
         from loopgate.traffic.libsumo_backend import refuse_second  # noqa: PLC0415  loads SUMO
 
         refuse_second()
@@ -30,10 +30,10 @@ def check_backend(backend: str) -> None:
 
 
 def plain_options(scenario: Scenario, log: Path) -> list[str]:
-    """Return the SUMO options that every run has.
+    """Return the SUMO options of every run.
 
-    No teleports and real collision checks, on junctions too: SUMO's defaults would hide deadlocks by
-    teleporting, and collisions by not looking.
+    Teleports are off, and SUMO looks for collisions on junctions too: by default teleports would hide
+    deadlocks, and SUMO would miss these collisions.
     """
     options = [
         "--no-step-log",
@@ -57,9 +57,9 @@ _OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": TRIPS, "edgedata": "edgedata.xml"}
 
 
 def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> list[str]:
-    """Return the options that make SUMO write the outputs that a scenario asks for into the run folder.
+    """Return the options with which SUMO writes the outputs of a scenario into the run folder.
 
-    Of vehicles that drive once SUMO's own ``tripinfo.xml`` is needed anyway.
+    With `trips`, SUMO writes ``tripinfo.xml`` in any case.
     """
     asked = [name for name in _OUTPUTS if getattr(scenario, name) or (trips and name == "tripinfo")]
     options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
@@ -69,7 +69,7 @@ def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> 
 
 
 def check_outputs(scenario: Scenario) -> None:
-    """Refuse outputs of a run that keeps no folder: raise `ScenarioError`."""
+    """Refuse SUMO outputs in a run without a folder; raise `ScenarioError`."""
     for name in _OUTPUTS:
         if getattr(scenario, name):
             msg = f"{name}: it is written into the run folder; give one (-o)"
@@ -86,14 +86,14 @@ def start_traffic(
     options
         SUMO's command line, without the program's name.
     backend
-        ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci. After libsumo has left a part of what
-        it refused in this process, its place is taken by ``traci``: slower, with the same results.
+            ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci. If libsumo has refused input in
+        this process and left parts of it behind, ``traci`` replaces it: slower, with the same results.
     log
         SUMO's log, quoted in the error.
     yields
-        Whether vehicles under the gate keep to SUMO's right of way as well.
+        Whether vehicles under the gate obey SUMO's right of way as well.
     words
-        Which of the options a scenario has of its own, for the error.
+        The options of the scenario's own, for the error.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def start_traffic(
         running = start(options)
     except SecondSimulationError:
         raise
-    except Exception as error:  # the backends raise what they like at the start
+    except Exception as error:  # the backends raise any class of error at the start
         why = _last_error(log) or str(error)
         if words and ("commandline" in why or "processing option" in why):
             why = f"it does not take the options {words}; 'sumo --help' lists all"

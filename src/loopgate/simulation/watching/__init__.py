@@ -1,1 +1,1 @@
-"""Observes a run: deadlocks, collisions with verdicts, standing vehicles, positions."""
+"""Observes a run: deadlocks, starvation, collisions, distances, positions and trips."""

@@ -1,4 +1,4 @@
-"""New collisions: SUMO reports a collision in each step while it lasts."""
+"""Finds collisions that are new: SUMO reports a collision in each step while it lasts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Collisions:
         self._under_way: set[tuple[str, str]] = set()
 
     def __bool__(self) -> bool:
-        """Return whether any went on in the last step."""
+        """Return whether a collision lasted in the last step."""
         return bool(self._under_way)
 
     def begun(self, reported: Iterable[Collision]) -> list[Collision]:

@@ -1,4 +1,4 @@
-"""Recognises deadlocks on any road: circles of standing vehicles that wait for each other."""
+"""Detects deadlocks on any road: circles of standing vehicles that wait for each other."""
 
 from __future__ import annotations
 
@@ -17,14 +17,16 @@ from loopgate.simulation.watching.waits import WaitFor, circular_wait
 __all__ = ["Deadlock", "DeadlockDetector", "ToldRefusal"]
 
 _MOVED_M = 0.5
-"""Creeping less than this between two checks counts as standing [m]."""
+"""A vehicle that has moved less than this between two checks stands [m]."""
 
 _STANDSTILL_S = 600.0
-"""Where everybody has stood for so long, for whatever reason but one light that is always red, nobody will
-ever move again: lights turn green before that, stops end, and gates look again each step [s]."""
+"""If no vehicle has moved for this long, none will ever move again [s].
+
+Lights turn green within this time, stops end, and gates look again in each step. A light that is always red
+is the only exception."""
 
 _GUESS_AFTER_S = 60.0
-"""Where SUMO gives no reason why a vehicle stands, one is guessed only after this much longer [s]."""
+"""If SUMO gives no reason why a vehicle stands, the detector guesses one after this much more time [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +62,7 @@ class Deadlock:
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
-"""Tells whom a refused vehicle waits for, and for which place."""
+"""Returns the blockers of a refused vehicle as sets of names, and the place that it wants."""
 
 
 class Watched(Protocol):
@@ -134,13 +136,13 @@ class DeadlockDetector:
         self._vehicles: Sequence[str] = ()
         self._number: dict[str, int] = {}
         self._at_m = self._since_s = np.zeros(0)
-        """Where their odometers stood when they had moved last [m], and when that was seen [s]."""
+        """For each vehicle, its odometer when it last moved [m], and the time when that was seen [s]."""
         self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
         self._still_since_s = 0.0
-        """Since when nobody has moved [s]."""
+        """Since when no vehicle has moved [s]."""
         self._red: set[str] | None = None
-        """Vehicles that were at a red light, or at a stop, at each check since then; None where one moved."""
+        """Vehicles that paused at a light or stop at each check since then; None if a vehicle has moved."""
 
     def check(self) -> Deadlock | None:
         """Return a deadlock not reported before, or None; call every few seconds."""
@@ -160,7 +162,7 @@ class DeadlockDetector:
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
-        if not new:  # nobody else, or newcomers who could go on if those did that have been named
+        if not new:  # no new deadlock: the others could go on if the known deadlocks were gone
             return None
         circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
@@ -178,7 +180,7 @@ class DeadlockDetector:
         return vehicles, self._traffic.odometers(vehicles)
 
     def _look(self, vehicles: Sequence[str], at_m: Floats, now: float) -> Ints:
-        """Note which vehicles have moved; return the numbers of the others."""
+        """Store which vehicles have moved; return the numbers of the others."""
         if vehicles != self._vehicles:
             before = np.array([self._number.get(vehicle, -1) for vehicle in vehicles], dtype=np.int64)
             self._at_m, self._since_s = (
@@ -210,7 +212,7 @@ class DeadlockDetector:
     def _waits_long(self, vehicle: str, now: float) -> bool:
         """Return whether a standing vehicle is refused, or has had time to move since its grant."""
         if vehicle in self._halted:
-            return False  # it waits for nobody
+            return False  # it waits for no vehicle
         if self._at_gate is None:
             return True
         if self._at_gate(vehicle) is not None:
@@ -237,5 +239,5 @@ class DeadlockDetector:
         return self._blocked_by(vehicle, guess=guess)
 
     def _blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
-        """Return sets of vehicles: of each set some vehicle must move on before this one can."""
+        """Return sets of vehicles: in each set, some vehicle must move before this vehicle can."""
         return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]

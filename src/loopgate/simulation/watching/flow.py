@@ -1,4 +1,4 @@
-"""Measurements of all vehicles together over time: standing vehicles, distance and laps."""
+"""Tables about all vehicles over time: how many stand, distance and laps; and the table of loops."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class FlowMeter:
         self._traffic = traffic
         self._drive = drive
         self.rows: list[Row] = []
-        """For `flow_table`."""
+        """The rows for `flow_table`."""
 
     def look(self) -> None:
         """Add a row about the time since the last row; call every `FLOW_EVERY_S`."""

@@ -1,4 +1,4 @@
-"""The position of every vehicle on its loop, step by step, recorded for the replay."""
+"""Records the position of every vehicle on its loop in each step, for the replay."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class FrontRecorder:
         self._times: list[float] = []
         self._fronts: list[NDArray[np.float64]] = []
         self._vehicles: list[NDArray[np.int64]] = []
-        """Names by number, of those whose fronts they are."""
+        """The numbers of the vehicles' names, for each step in `_fronts`."""
         self._names = np.zeros(0, dtype=np.int64)
         self._changes = -1
 
     def look(self) -> None:
         """Record the positions after a step."""
         drive = self._drive
-        if self._changes != drive.changes:  # some may have come since the step
+        if self._changes != drive.changes:  # vehicles may have come since the step
             code = self._recorder.code
             self._changes = drive.changes
             self._names = np.array([code(name) for name in drive.names()], dtype=np.int64)

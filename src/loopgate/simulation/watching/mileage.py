@@ -1,4 +1,4 @@
-"""Distance and standing time of vehicles, counted step by step."""
+"""Counts distance and standing time of vehicles without a gate, step by step."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from loopgate.traffic.base import Traffic
 __all__ = ["Driven", "Mileage"]
 
 _LEAP_MPS2 = 5.0
-"""An odometer that gains speed faster than this, or runs back, is compared with the speedometer [m/s2]."""
+"""An odometer that accelerates more than this, or runs back, is compared with the vehicle's speed [m/s2]."""
 
 _LEAP_M = 1.0
-"""By so much more than its speed allows an odometer must advance in a step to have leapt [m]."""
+"""An odometer has leapt if it advances this much more in a step than the vehicle's speed allows [m]."""
 
 _COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s"
 
@@ -62,17 +62,17 @@ class Mileage:
         self._traffic, self._own = traffic, own
         self._there: Sequence[str] = ()
         self._rows: Ints = np.zeros(0, dtype=np.int64)
-        """The rows of those that are there."""
+        """The rows of the vehicles on the road."""
         self._row_of: dict[str, int] = {}
         self._at_m, self._speed_mps, self._driven_m, self._stood_s = (np.zeros(0) for _ in _COLUMNS)
         self._last_m: dict[str, float] = {}
-        """What the odometers of those who left read last [m]."""
+        """The last odometer of each vehicle that has left [m]."""
         self._came_s: dict[str, float] = {}
         self._gone_s: dict[str, float] = {}
         self.stops: Counter[str] = Counter()
-        """How many stops vehicles have made, since they departed."""
+        """How many stops each vehicle has made since it departed."""
         self.begin_s = traffic.now_s
-        """When measuring began [s]."""
+        """When the measured time began [s]."""
         self._steps, self._standing, self._metres = 0, 0, 0.0
 
     def look(self) -> None:
@@ -107,7 +107,7 @@ class Mileage:
         self._metres += float(moved_m.sum())
 
     def _take_over(self, there: Sequence[str], now: float) -> None:
-        """Take over the vehicles that are there now; of a vehicle that was away no distance is known."""
+        """Use the vehicles that are on the road now; no distance is known for the time of an absence."""
         self._last_m.update(zip(self._there, self._at_m[self._rows].tolist(), strict=True))
         fresh = [vehicle for vehicle in there if vehicle not in self._row_of]
         for vehicle in fresh:
@@ -123,7 +123,7 @@ class Mileage:
         self._there, self._rows = there, rows
 
     def measure_from_now(self) -> None:
-        """Set all counts to zero."""
+        """Begin the measured time: set all counts to zero."""
         self.begin_s = self._traffic.now_s
         self._driven_m[:] = self._stood_s[:] = 0.0
 

@@ -1,4 +1,4 @@
-"""Recognises vehicles that starve: for long they are granted nothing, since a vehicle ahead stands."""
+"""Detects vehicles that starve: they get no grant for long, because a vehicle ahead stands."""
 
 from __future__ import annotations
 
@@ -17,16 +17,18 @@ from loopgate.traffic.base import Traffic
 __all__ = ["Sink", "StarvationWatch"]
 
 _PASSED_M = 100.0
-"""A vehicle that drives so far on one grant does not starve: its place is long [m]."""
+"""A vehicle that drives this far on one grant does not starve: its place is long [m]."""
 
 _STANDS = 0.5
-"""A vehicle that waits for nobody keeps others from going on if it has stood for such a part of that time."""
+"""The last vehicle ahead counts as the cause if it has stood for this share of the starvation time."""
 
 _SURELY = 0.05
-"""A vehicle that has just become first in line waits for nobody either: such a part of that time tells."""
+"""A cause is reported after it was found for this share of the starvation time.
+
+A vehicle that has just become first in line also waits for no other vehicle for a moment."""
 
 _AT_GATES = 3.0
-"""Where no such vehicle is found a queue may only be slow: so many times as long is too long."""
+"""Without a cause, the queue may only be slow: it is reported after this many times the starvation time."""
 
 
 @dataclass(slots=True)
@@ -52,7 +54,7 @@ class Sink:
     victims: set[str]
 
     def figures(self) -> dict[str, Any]:
-        """Return the entry about this vehicle for ``summary.json``."""
+        """Return the facts about this vehicle for ``summary.json``."""
         return {
             "behind": self.vehicle,
             "lane": self.lane,
@@ -99,22 +101,22 @@ class StarvationWatch:
         self._recorder = recorder
         self._stands, self._reason = stands, reason
         self._seen: dict[str, tuple[int, float, float]] = {}
-        """Of each vehicle its last grant, where its odometer stood then [m], and when that was [s]."""
+        """For each vehicle, its last grant, its odometer then [m], and the time [s]."""
         self._stood: dict[str, tuple[float, float]] = {}
-        """Of each vehicle its odometer when it had moved last [m], and when that was [s]."""
+        """For each vehicle, its odometer when it last moved [m], and the time when that was seen [s]."""
         self._alone: dict[str, float] = {}
-        """Of each vehicle behind which another starves, since when each look has found it so [s]."""
+        """For each vehicle found as a cause, since when every check has found it [s]."""
         self.sinks: dict[tuple[str, str], Sink] = {}
-        """All that were found, by vehicle and reason."""
+        """All causes found so far, by vehicle and reason."""
 
     def check(self, *, deadlocked: bool = False) -> None:
         """Check all vehicles; call every few seconds. O(vehicles)."""
         if deadlocked:
-            return  # that tells who waits for whom
+            return  # the deadlock explains which vehicle waits for which
         now = self._traffic.now_s
         ids, at_m = self._drive.odometers()
         starving = self._look(ids, at_m, now)
-        for known in (self._seen, self._stood):  # of vehicles that have left nothing is kept
+        for known in (self._seen, self._stood):  # forget vehicles that have left
             for vehicle in known.keys() - set(ids):
                 del known[vehicle]
         behind = {
@@ -135,7 +137,7 @@ class StarvationWatch:
                 self._recorder.note(now, vehicle, Event.STARVE, self._drive.wanted(vehicle), head or why)
 
     def _look(self, ids: Iterable[str], at_m: Floats, now: float) -> list[str]:
-        """Take note of grants and ways; return the vehicles without either for long."""
+        """Store grants and distances; return the vehicles that have had neither for long."""
         long = []
         for vehicle, metres, leg in zip(ids, at_m.tolist(), self._drive.granted().tolist(), strict=True):
             last, from_m, since_s = self._seen.get(vehicle, (-1, 0.0, now))
@@ -148,13 +150,13 @@ class StarvationWatch:
         return long
 
     def _behind(self, vehicle: str, everybody: int, now: float) -> tuple[str, str]:
-        """Return the vehicle that stands ahead of one that starves, and why it does."""
+        """Return the vehicle that stands ahead of a starving vehicle, and why it stands."""
         queue, seen = deque([vehicle]), {vehicle}
         while queue:
             one = queue.popleft()
             ahead = [] if self._stands(one) else self._drive.waits_behind(one)
             if len(ahead) >= everybody - 1 > 1:
-                continue  # the gate keeps it for the sake of all
+                continue  # the gate refuses it because of all vehicles together
             if not ahead and now - self._stood[one][1] >= _STANDS * self._after_s:
                 return one, self._why(one)
             fresh = [other for other in ahead if other not in seen]
@@ -163,7 +165,7 @@ class StarvationWatch:
         return "", self._drive.reason(vehicle) or "queue"
 
     def _why(self, vehicle: str) -> str:
-        """Return why a vehicle stands that waits for no other under the gate."""
+        """Return why a vehicle stands that waits for no other gated vehicle."""
         if known := self._reason(vehicle):
             return known
         if self._traffic.at_own_stop(vehicle):

@@ -1,4 +1,4 @@
-"""When vehicles came to their edges, and which came last into a circle of roads."""
+"""Records when vehicles came onto their lanes, to find the last one that entered a circle of roads."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from loopgate.traffic.base import Whereabouts
 __all__ = ["Trails"]
 
 _KEPT = 64
-"""So many lanes, and grants, of a vehicle are remembered."""
+"""Number of lanes, and of grants, that are remembered for each vehicle."""
 
 _TOGETHER: Final = 32
-"""So many steps become part of the trails at once: a step of the simulator between two leaves nothing in the
+"""Steps are added to the trails in groups of this size, which is faster: a step of SUMO empties the
 processor's caches."""
 
 
@@ -39,12 +39,12 @@ class Trails:
         self._drive = drive
         self._changes = -1
         self._names: list[str] = []
-        """The gated vehicles by number, and the changes of the drive until then."""
+        """The names of the gated vehicles, as of `_changes`."""
         self._seen: list[tuple[float, Whereabouts, NDArray[np.int64]]] = []
-        """Steps that are not part of the trails yet: when, who was where, and the last legs granted."""
+        """Steps not yet added to the trails: time [s], lanes of all vehicles, and last legs granted."""
         self._here = Whereabouts()
         self._granted = np.zeros(0, dtype=np.int64)
-        """The same, of the last step that is part of them."""
+        """Lanes and last legs granted in the last step that was added."""
         self._lanes: dict[str, deque[tuple[float, str]]] = defaultdict(_kept)
         self._grants: dict[str, deque[tuple[float, int]]] = defaultdict(_kept)
 
@@ -60,7 +60,7 @@ class Trails:
             self.catch_up()
 
     def catch_up(self) -> tuple[list[tuple[str, str, str]], list[str]]:
-        """Return the lane changes since the last call by vehicle, and the vehicles that have left."""
+        """Return each vehicle's lane changes since the last call, and the vehicles that have left."""
         moved: list[tuple[str, str, str]] = []
         gone: list[str] = []
         for now, here, granted in self._seen:
@@ -79,7 +79,7 @@ class Trails:
                 self._lanes[vehicle].append((now, lane))
             for robot in np.flatnonzero(granted != self._granted).tolist():
                 grants, leg = self._grants[self._names[robot]], int(granted[robot])
-                if not grants or grants[-1][1] != leg:  # else it has only been away
+                if not grants or grants[-1][1] != leg:  # otherwise it has only been absent
                     grants.append((now, leg))
             self._here, self._granted = here, granted
             moved += moves
@@ -87,14 +87,14 @@ class Trails:
         return moved, gone
 
     def back(self, vehicle: str) -> Iterator[tuple[float, str]]:
-        """Yield the lanes that a vehicle came over with the times, the last lane first."""
+        """Yield the lanes of a vehicle with the times when it came onto them, latest first."""
         self.catch_up()
         return reversed(self._lanes.get(vehicle, ()))
 
     def came_s(self, vehicle: str, lanes: Collection[str]) -> float:
-        """Return the time since which a vehicle has been on some lanes, or in their junctions [s].
+        """Return since when a vehicle has been on some lanes, or in their junctions [s].
 
-        For a gated vehicle this is the time of its grant. With several vehicles the last counts.
+        For a gated vehicle, the time of its last grant before counts.
         """
         came_s = 0.0
         for at_s, lane in self.back(vehicle):
@@ -105,7 +105,7 @@ class Trails:
         return max((at_s for at_s, _ in grants if at_s <= came_s), default=came_s)
 
     def last(self, vehicles: Iterable[str], lanes: Collection[str]) -> tuple[str, float]:
-        """Return the vehicle that came last onto some lanes, and the time [s]."""
+        """Return the vehicle that came last onto some lanes, and the time when it came [s]."""
         self.catch_up()
         there = [v for v in vehicles if v in self._lanes and self._lanes[v][-1][1] in lanes]
         at_s, vehicle = max((self.came_s(v, lanes), v) for v in there)

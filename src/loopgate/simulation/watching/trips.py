@@ -1,4 +1,4 @@
-"""Times of vehicles that drive once, as SUMO's own tripinfo defines them: gated or not, alike."""
+"""Times of trips, as SUMO's tripinfo defines them, for gated and ordinary vehicles alike."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from loopgate.errors import ResultsError
 __all__ = ["Trip", "gated_trips", "read_trips", "trip_figures"]
 
 _ROUNDING_M = 1.0
-"""Room for what SUMO rounds [m]."""
+"""Tolerance for SUMO's rounding [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,8 +96,8 @@ def read_trips(file: Path, *, held: bool = False, interrupted: bool = False) -> 
         top = ET.parse(file).getroot()  # noqa: S314  SUMO has just written it
     except (OSError, ET.ParseError) as error:
         if interrupted:
-            return {}  # before SUMO could finish it
-        # SUMO does not say so when it cannot write.
+            return {}  # the run ended before SUMO finished the file
+        # SUMO reports no error when it cannot write.
         msg = f"{file}: SUMO could not write all of it; is the disk full? Free some space and run it again"
         raise ResultsError(msg) from error
     return {trip.vehicle: trip for element in top.iter("tripinfo") for trip in (_trip(element, held=held),)}

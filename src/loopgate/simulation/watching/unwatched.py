@@ -1,4 +1,4 @@
-"""Streets that no vehicle entered while a place on their loops was blocked."""
+"""Finds streets that no vehicle entered while a place on their loops was blocked."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from loopgate.arrays import Floats
 from loopgate.results.columns import EVENT, PLACE, TIME, Event
 
 _LEAST_S = 300.0
-"""A street that nobody enters for a shorter time is not named [s]."""
+"""A street without a visit for a shorter time is not reported [s]."""
 
 
 def note_unwatched(
@@ -27,17 +27,17 @@ def note_unwatched(
 ) -> None:
     """Add to each blocked place the streets without a visit meanwhile, each with its last visit [s].
 
-    These are edges of loops through the place that no vehicle of a loop entered while it was blocked: for at
-    least 300 s, and for longer than ever before.
+    These are the edges of loops through the place that no vehicle entered while it was blocked, for at least
+    300 s and for longer than ever before.
 
     Parameters
     ----------
     blocked
-        As in ``summary.json``; each gets ``unwatched``.
+        As in ``summary.json``; each gets the key ``unwatched``.
     tracks
-        One at least on each loop.
+        At least one path on each loop.
     events
-        With the edges that vehicles entered.
+        The events of entered edges.
     begin_s, end_s
         When the run began and ended [s].
     """

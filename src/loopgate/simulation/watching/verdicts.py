@@ -1,4 +1,4 @@
-"""The vehicle that erred in a collision of a gated with an ordinary vehicle."""
+"""Judges which vehicle erred in a collision of a gated with an ordinary vehicle."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ __all__ = ["CollisionVerdict", "Verdicts"]
 _REMEMBERED_S = 20.0
 
 _TOLD_S = 5.0
-"""So long before a collision it is told where the two were [s]."""
+"""A verdict has the positions of both vehicles this long before the collision [s]."""
 
 _DECEL_MPS2 = 4.5
-"""SUMO's cars brake so hard if they have to [m/s2]."""
+"""Deceleration of SUMO's cars when they have to brake [m/s2]."""
 
 _RED = frozenset("ru")
 
@@ -66,9 +66,9 @@ class _Moment(NamedTuple):
 
 
 class _Entry(NamedTuple):
-    """When a vehicle drove into a junction, on which movement, and what its light showed; empty for none.
+    """A vehicle's entry into a junction: time [s], movement, and the letter of its light; empty for none.
 
-    And when it was past where SUMO lets it wait inside for others, if it has been.
+    `past_s`: when the vehicle passed its waiting point inside the junction [s]; infinite if it has not.
     """
 
     at_s: float
@@ -100,11 +100,11 @@ class Verdicts:
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, drive: Drive) -> None:
         self.trails = Trails(drive)
-        """Over which lanes they came."""
+        """The lanes that vehicles came over."""
         self._network, self._traffic, self._drive = network, traffic, drive
         self._moments: deque[tuple[float, Whereabouts]] = deque()
         self._letters: dict[str, str] = {}
-        """What the light showed when vehicles drove into the last junction; empty for none."""
+        """The letter of the light when each vehicle entered its last junction; empty for none."""
         self._lit = any(movement.signal is not None for movement in network.connections)
         self._inside = {lane: movement for movement in network.connections for lane in movement.via}
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
@@ -126,12 +126,12 @@ class Verdicts:
             self._moments.popleft()
 
     def _driven_onto(self, was: str, lane: str) -> Connection | None:
-        """Return the movement onto which a vehicle drives that comes from one lane to another."""
+        """Return the movement that a vehicle enters when it comes from one lane to another."""
         movement = self._inside.get(lane) or self._between.get((_edge(was), _edge(lane)))
         return None if not was or movement is None or was in movement.via else movement
 
     def _entry(self, vehicle: str) -> _Entry | None:
-        """Return when a vehicle drove into the last junction on its way, if that is remembered."""
+        """Return a vehicle's entry into the last junction on its path, if it is remembered."""
         after: list[tuple[float, str]] = []
         for (at_s, lane), (_, was) in pairwise(self.trails.back(vehicle)):
             after.append((at_s, lane))
@@ -202,7 +202,7 @@ class Verdicts:
         return names[must], f"{names[must]} had to yield; {said}"
 
     def _near(self, one: _Entry, other: _Entry) -> bool:
-        """Return whether the two entries are of one passage, not of junctions passed long before."""
+        """Return whether both entries belong to the collision, not to junctions passed long before."""
         lately = self._traffic.now_s - _REMEMBERED_S
         return one.movement.junction == other.movement.junction and max(one.at_s, other.at_s) > lately
 
@@ -211,17 +211,17 @@ class Verdicts:
         return 0 <= movement.link < len(rows) and other.link in rows[movement.link]
 
     def _could_stop(self, vehicle: str, entry: _Entry, at_s: float) -> bool:
-        """Return whether a vehicle could still have stopped before the junction that it drove into later."""
+        """Return whether a vehicle could still have stopped at `at_s` before the junction of its entry."""
         if entry.at_s <= at_s:
             return False
         then = next((_moment(here, vehicle) for now, here in self._moments if now >= at_s), None)
         if then is None or _edge(then.lane) != entry.movement.from_edge:
-            return True  # farther away
+            return True  # it was farther from the junction
         left_m = self._network.lanes[then.lane].length_m - then.position_m
         return then.speed_mps**2 / (2 * _DECEL_MPS2) + then.speed_mps * self._traffic.step_s < left_m
 
     def _departed_s(self, vehicle: str) -> float | None:
-        """Return when a vehicle came onto the road, if that is remembered [s]."""
+        """Return when a vehicle came onto the road [s]; None if it was there before the remembered time."""
         there = [(now, vehicle in here.vehicles) for now, here in self._moments]
         return None if there[0][1] else next((now for now, is_there in there if is_there), None)
 

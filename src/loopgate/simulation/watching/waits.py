@@ -1,4 +1,4 @@
-"""Circular waits in a wait-for graph with alternatives (the AND-OR model of resource deadlocks)."""
+"""Circular waits in a wait-for graph with alternatives (AND-OR model of resource deadlocks)."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from collections.abc import Set as AbstractSet
 __all__ = ["WaitFor", "circular_wait"]
 
 WaitFor = Mapping[str, Sequence[Sequence[str]]]
-"""For each standing vehicle the sets of vehicles it waits for: of *every* set, *some* vehicle must move on
-before it can. A vehicle that is no key moves, or stands for a reason that passes."""
+"""For each standing vehicle, sets of vehicles: of *every* set, *some* vehicle must move before it can.
+
+A vehicle that is no key moves, or stands for a reason that passes."""
 
 
 def circular_wait(waits: WaitFor, stuck: AbstractSet[str]) -> list[str]:

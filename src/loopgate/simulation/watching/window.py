@@ -1,4 +1,4 @@
-"""A run in sumo-gui: the view fits the loops, vehicles are coloured by their state."""
+"""Shows a run in sumo-gui: fits the view to the loops, and colours vehicles by their state."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from loopgate.simulation.drive import Drive
 __all__ = ["COLOURS", "Shown", "Window"]
 
 COLOURS = ((22, 104, 184), (224, 138, 0), (107, 111, 118), (194, 18, 75))
-"""Of those who drive, are held at a gate, stand otherwise, and have stood for long: as in the replay."""
+"""Colours as in the replay: for vehicles that drive, are held at a gate, stand otherwise, and have stood for
+long."""
 
 _DRIVES, _HELD, _STANDS, _JAM = range(4)
 _JAM_S = 180.0
@@ -53,7 +54,7 @@ class Window:
     Parameters
     ----------
     traffic
-        Shown in a window.
+        The simulation with a window.
     drive
         Drives the vehicles.
     loops
@@ -63,7 +64,7 @@ class Window:
     def __init__(self, traffic: Shown, drive: Drive, loops: Iterable[Loop]) -> None:
         self._traffic, self._drive = traffic, drive
         self._at_m: dict[str, float] = {}
-        """What the odometer of each vehicle read at the last look [m]."""
+        """The odometer of each vehicle at the last call of `look` [m]."""
         self._drove_s: dict[str, float] = {}
         self._painted: dict[str, int] = {}
         points = np.concatenate([loop.curve()[0] for loop in loops])
