@@ -59,7 +59,7 @@ def test_vehicles_change_lanes_where_their_loops_do(monkeypatch: pytest.MonkeyPa
     changes = list[str]()
     drop = steering.Steering._drop
 
-    def note(self: steering.Steering, way: steering._Way) -> None:
+    def note(self: steering.Steering, way: steering._Guides) -> None:
         changes.append(way.vehicle.name)
         drop(self, way)
 

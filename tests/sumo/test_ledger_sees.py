@@ -12,8 +12,8 @@ import pytest
 from loopgate.control.motion import STANDING_MPS, time_s
 from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.network import RoadNetwork
-from loopgate.simulation.around.laid_roads import map_of
 from loopgate.simulation.sumo.start import start_traffic
+from loopgate.simulation.surroundings.laid_roads import map_of
 from loopgate.traffic.base import Traffic
 
 

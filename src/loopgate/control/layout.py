@@ -25,7 +25,7 @@ class Layout:
         The legs of each path, in driving order. Their crossings give the movements.
     signals
         The lights that are obeyed, by movement; none by default.
-    around
+    on_path
         Called with each new path. With ordinary traffic it adds what vehicles on the path look out for.
     """
 
@@ -34,9 +34,9 @@ class Layout:
         slots: Mapping[str, int],
         ways: Sequence[Drawings],
         signals: Mapping[str, Signal] = MappingProxyType({}),
-        around: Callable[[list[Leg], Drawings], None] | None = None,
+        on_path: Callable[[list[Leg], Drawings], None] | None = None,
     ) -> None:
-        self._signals, self._around = signals, around
+        self._signals, self._on_path = signals, on_path
         self.places: dict[str, Place] = {}
         self._movements: dict[str, Movement] = {}
         self.extend(slots, ways)
@@ -83,8 +83,8 @@ class Layout:
             leg.guided, leg.slot_m = bool(drawn.guides), float(drawn.slot_m)
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
         joined(legs, closed=not way[-1].away)
-        if self._around is not None:
-            self._around(legs, way)
+        if self._on_path is not None:
+            self._on_path(legs, way)
         return legs
 
     def _pass(self, crossing: Crossing, *, first: bool) -> Pass:

@@ -5,7 +5,7 @@ The rule refuses a vehicle while an ordinary vehicle
 - stands or drives ahead of it on its lane;
 - is, with some part, on a lane inside the junction that crosses or joins its path;
 - comes over the junction where nothing keeps the two apart, too late to pass before the vehicle and too soon
-  to let it pass (`loopgate.simulation.around.crossing_ways` finds these approaches);
+  to let it pass (`loopgate.simulation.surroundings.crossing_ways` finds these approaches);
 - takes the last space in the next place, or is about to drive into it;
 - would find no space in a circle of places that the vehicle wants to enter (`loopgate.control.slack`).
 

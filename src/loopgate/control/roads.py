@@ -211,8 +211,8 @@ class Lookout:
     the lowest speed limit on it [m/s]. `wait_m`: how far into it a vehicle may have to wait [m]; 0 for
     nowhere. `waits_in_way`: whether a vehicle that waits there would touch the vehicles for which it waits.
     `across`: lanes inside the junction on which no ordinary vehicle may be. `approaches`: turns to which no
-    ordinary vehicle may be coming; `loopgate.simulation.around.crossing_ways` finds them. `first`: whether it
-    is the first movement behind the stop line.
+    ordinary vehicle may be coming; `loopgate.simulation.surroundings.crossing_ways` finds them. `first`:
+    whether it is the first movement behind the stop line.
     """
 
     __slots__ = (

@@ -39,7 +39,7 @@ _LONG_S: Final = 60.0
 """A stray is put on the lane of its loop after this time, if there is space [s]."""
 
 
-class _Way:
+class _Guides:
     """The guides ahead of a vehicle, counted from `from_m`, the end of the place before them [m].
 
     `astray_s`: since when the vehicle is led back to its lane [s]; infinite if it is not. `still`: whether it
@@ -70,7 +70,7 @@ class Steering:
 
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:
         self._traffic, self._rows = traffic, rows
-        self._ways: dict[Vehicle, _Way] = {}
+        self._ways: dict[Vehicle, _Guides] = {}
         self._look_s = 0.0
         self.strays = 0
         """Number of vehicles that were on a lane outside their loop."""
@@ -82,7 +82,7 @@ class Steering:
             way.from_m = from_m
             way.guides.extend(guides)
         elif guides:
-            way = self._ways[vehicle] = _Way(vehicle, from_m)
+            way = self._ways[vehicle] = _Guides(vehicle, from_m)
             way.guides.extend(guides)
             self._set(way)
 
@@ -104,7 +104,7 @@ class Steering:
 
     def lead_back(self, vehicle: Vehicle, line: LanePosition) -> None:
         """Lead a vehicle back to the lane of a stop line on its edge."""
-        way = self._ways.setdefault(vehicle, _Way(vehicle, vehicle.front_m))
+        way = self._ways.setdefault(vehicle, _Guides(vehicle, vehicle.front_m))
         if way.astray_s < inf:
             return
         way.astray_s = self._traffic.now_s
@@ -147,7 +147,7 @@ class Steering:
             if beside and body.begin_m <= vehicle.front_m <= body.out_m - vehicle.make.length_m:
                 self.lead_back(vehicle, line)
 
-    def _reached(self, way: _Way) -> bool:
+    def _reached(self, way: _Guides) -> bool:
         """Return whether the first guide is done with; else let the vehicle change lanes if it may."""
         vehicle, guide = way.vehicle, way.guides[0]
         if guide.to_lane is not None:
@@ -161,7 +161,7 @@ class Steering:
             return False
         return True
 
-    def _has_changed(self, way: _Way, edge: str, lane: int) -> bool:
+    def _has_changed(self, way: _Guides, edge: str, lane: int) -> bool:
         """Return whether a vehicle is on the lane that it must change to; else ask SUMO for the change."""
         vehicle, astray, name = way.vehicle, way.astray_s < inf, way.vehicle.name
         if astray and self._traffic.lane(name)[0].rpartition("_")[0] != edge:
@@ -179,7 +179,7 @@ class Steering:
             self._traffic.change_lane(name, lane)
         return False
 
-    def _drop(self, way: _Way) -> None:
+    def _drop(self, way: _Guides) -> None:
         way.guides.popleft()
         way.astray_s = inf
         if way.still:
@@ -190,13 +190,13 @@ class Steering:
         if way.guides:
             self._set(way)
 
-    def _set(self, way: _Way) -> None:
+    def _set(self, way: _Guides) -> None:
         guide = way.guides[0]
         with suppress(TrafficError):  # too late to stop there; `_reached` still checks the lane
             self._traffic.hold(way.vehicle.name, guide.edge, guide.lane, guide.position_m)
 
 
-def _is_next(way: _Way, ways: Iterable[_Way]) -> bool:
+def _is_next(way: _Guides, ways: Iterable[_Guides]) -> bool:
     """Return whether a vehicle may change lanes now: no vehicle before it must, and none is beside it."""
     vehicle, guide, past_m = way.vehicle, way.guides[0], way.past_m()
     change = guide.edge, guide.lane, guide.to_lane

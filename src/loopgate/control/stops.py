@@ -41,7 +41,7 @@ class _Ahead:
         self.round: Final = round_
 
 
-class _Way:
+class _StopsAhead:
     """The stops of one vehicle, in the order of its loop.
 
     `since_m`: for each stop, how far before it the vehicle passes the same spot for the last time [m].
@@ -91,7 +91,7 @@ class Stops:
     ) -> None:
         self._traffic, self._ledger, self._parking, self._rows = traffic, ledger, parking, rows
         self._stops = {vehicle: some for vehicle, some in stops.items() if some}
-        self._ways: dict[str, _Way] = {}
+        self._ways: dict[str, _StopsAhead] = {}
         self._untold: dict[str, None] = {}
         self.served = self.missed = 0
         """How many stops were made, and how many were missed."""
@@ -117,7 +117,7 @@ class Stops:
             min((stop.arc_m - at - _PAST_M) % lap_m + _PAST_M for at in some)
             for stop, some in zip(stops, passes, strict=True)
         ]
-        way = self._ways[vehicle.name] = _Way(vehicle, stops, since, renewed_on, again=again)
+        way = self._ways[vehicle.name] = _StopsAhead(vehicle, stops, since, renewed_on, again=again)
         first_m = vehicle.front_m + braking_m(vehicle.speed, vehicle.make.decel, self._traffic.step_s)
         behind = [] if again else [n for n, stop in enumerate(stops) if stop.arc_m < first_m]
         for number in behind:
@@ -182,7 +182,7 @@ class Stops:
             if way.since_s < inf:
                 yield name, way.stops[way.ahead[0].number]
 
-    def _tell(self, way: _Way) -> None:
+    def _tell(self, way: _StopsAhead) -> None:
         """Give SUMO the next stops that it can take now; tell the ledger where the first of them is."""
         vehicle = way.vehicle
         while way.told < len(way.ahead):
@@ -204,12 +204,12 @@ class Stops:
             self._untold.pop(vehicle.name, None)
         self._show(way)
 
-    def _show(self, way: _Way) -> None:
+    def _show(self, way: _StopsAhead) -> None:
         """Tell the ledger where the vehicle's next stop is; a vehicle that drives once may have none left."""
         way.vehicle.stop_m = way.ahead[0].at_m if way.ahead else inf
         way.vehicle.parks = False
 
-    def _serve(self, way: _Way, now_s: float) -> None:
+    def _serve(self, way: _StopsAhead, now_s: float) -> None:
         done = way.ahead.pop(0)
         way.told -= 1
         self.served += 1
@@ -223,7 +223,7 @@ class Stops:
             self._ledger.withdraw(way.vehicle)
             self._ledger.consider(way.vehicle)
 
-    def _pass_by(self, way: _Way) -> None:
+    def _pass_by(self, way: _StopsAhead) -> None:
         gone = way.ahead.pop(0)
         self._miss(way, gone.number)
         if way.again:
@@ -234,14 +234,14 @@ class Stops:
             self._tell(way)
 
     @staticmethod
-    def _put_off(way: _Way, done: _Ahead) -> None:
+    def _put_off(way: _StopsAhead, done: _Ahead) -> None:
         """Put a stop off to the next round, if there is one."""
         if way.again:
             way.ahead.append(_Ahead(done.at_m + way.vehicle.lap_m, done.number, done.round + 1))
 
-    def _miss(self, way: _Way, number: int) -> None:
+    def _miss(self, way: _StopsAhead, number: int) -> None:
         self.missed += 1
         self._note(way, MISSED, way.stops[number])
 
-    def _note(self, way: _Way, event: str, stop: Stop) -> None:
+    def _note(self, way: _StopsAhead, event: str, stop: Stop) -> None:
         self._rows.append((self._traffic.now_s, way.vehicle.name, event, stop.name, ""))

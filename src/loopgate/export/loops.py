@@ -7,7 +7,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.export.formats import Features, feature, file_names, geojson, gpx, kml, write
-from loopgate.export.ways import Way, find_turns, loop_way
+from loopgate.export.loop_lines import LoopLine, find_turns, loop_line
 from loopgate.network.loop import Loop
 from loopgate.network.projection import Projection
 from loopgate.network.road import RoadNetwork
@@ -39,7 +39,7 @@ def export_loops(
     ['loops.geojson', 'streets.geojson', 'loop0.gpx', 'loop0.kml']
     """
     projection = Projection.of(network)
-    ways = [loop_way(loop) for loop in loops]
+    ways = [loop_line(loop) for loop in loops]
     folder = Path(folder)
     on: dict[str, list[str]] = {}
     for way in ways:
@@ -67,7 +67,7 @@ def street_feature(
     return feature(line, edge=edge, street=record.street, length_m=record.length_m, **more)
 
 
-def loop_features(network: RoadNetwork, projection: Projection, ways: Sequence[Way]) -> Features:
+def loop_features(network: RoadNetwork, projection: Projection, ways: Sequence[LoopLine]) -> Features:
     """Return loops as features: name, length of a lap [m], number of edges, streets in driving order."""
     return [
         feature(
@@ -81,7 +81,9 @@ def loop_features(network: RoadNetwork, projection: Projection, ways: Sequence[W
     ]
 
 
-def write_ways(network: RoadNetwork, projection: Projection, ways: Sequence[Way], folder: Path) -> list[Path]:
+def write_ways(
+    network: RoadNetwork, projection: Projection, ways: Sequence[LoopLine], folder: Path
+) -> list[Path]:
     """Write each loop as GPX and KML, with its turn list; return the files."""
     names = file_names(way.name for way in ways)
     files = []
@@ -93,7 +95,7 @@ def write_ways(network: RoadNetwork, projection: Projection, ways: Sequence[Way]
     return files
 
 
-def _told(network: RoadNetwork, projection: Projection, way: Way) -> list[tuple[Floats, str, str]]:
+def _told(network: RoadNetwork, projection: Projection, way: LoopLine) -> list[tuple[Floats, str, str]]:
     turns = find_turns(network, way.edges, way.begins_m)
     points = projection.lonlat(np.array([turn.point for turn in turns]))
     return [

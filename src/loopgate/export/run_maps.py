@@ -13,8 +13,8 @@ from loopgate.analysis.columns import LONGEST, WAIT, WAITS
 from loopgate.audit.layout import read_layout
 from loopgate.errors import ResultsError
 from loopgate.export.formats import Features, feature, file_names, geojson, write
+from loopgate.export.loop_lines import LoopLine, distinct
 from loopgate.export.loops import loop_features, street_feature, write_ways
-from loopgate.export.ways import Way, distinct
 from loopgate.network.projection import Projection
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import read_object, refusing
@@ -197,7 +197,7 @@ def _places(made: _Made) -> Iterator[dict[str, Any]]:
         )
 
 
-def _ways(made: _Made) -> list[Way]:
+def _ways(made: _Made) -> list[LoopLine]:
     ways = []
     for name, part in made.loops.groupby(run.LOOP, sort=False):
         edges = tuple(map(str, part[run.EDGE]))
@@ -207,7 +207,7 @@ def _ways(made: _Made) -> list[Way]:
             line = np.concatenate([made.network.edges[edge].lanes[0].shape for edge in edges])
         line = distinct(np.vstack((line, line[:1])))
         length = float(np.hypot(*np.diff(line, axis=0).T).sum())
-        ways.append(Way(str(name), line, edges, begins, length))
+        ways.append(LoopLine(str(name), line, edges, begins, length))
     return ways
 
 

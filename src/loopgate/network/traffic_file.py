@@ -49,7 +49,7 @@ class TrafficFile:
             return ()
         first_s, last_s = min(s for s, _ in self.departs_s), max(until_s for _, until_s in self.departs_s)
         when = f"from {begin_s:g} to {end_s:g} s, the time of the run, but from {first_s:g} to {last_s:g} s"
-        return (f"{self.file}: nobody departs {when}: give a .sumocfg that begins then as NETWORK",)
+        return (f"{self.file}: no vehicle departs {when}: give a .sumocfg that begins then as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
         """Raise `RouteError` if a vehicle of `vehicles` has the name of an ordinary vehicle."""

@@ -25,8 +25,6 @@ from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.around.laid_roads import LaidRoads
-from loopgate.simulation.around.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.asked_gate import AskedGate, Deciding, by_chain
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.by_messages.answering import ByMessages, let_vehicles_decide
@@ -41,6 +39,8 @@ from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
+from loopgate.simulation.surroundings.laid_roads import LaidRoads
+from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.traffic.base import Traffic
 
 
@@ -101,7 +101,7 @@ def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spac
     return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
 
 
-class _Around:
+class _Surroundings:
     """Collects the figures of lights and ordinary traffic."""
 
     def __init__(self, *every: Reports) -> None:
@@ -117,7 +117,7 @@ class Laid:
     """The parts that drive the vehicles of a scenario; `roads` is None without ordinary traffic."""
 
     driving: Driving
-    around: Reports
+    surroundings: Reports
     roads: LaidRoads | None
     asked: AskedGate | None
     by_messages: ByMessages | None = None
@@ -175,8 +175,8 @@ def make_driving(
         driving.lights,
         obeys=scenario.rule_for_lights == "obey",
     )
-    around = _Around(lights, *([roads] if roads else []))
-    return Laid(driving, around, roads, asked, by_messages)
+    surroundings = _Surroundings(lights, *([roads] if roads else []))
+    return Laid(driving, surroundings, roads, asked, by_messages)
 
 
 def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Way], bool] | None:
@@ -234,7 +234,7 @@ def open_gated(
         drive,
         recorder,
         drive,
-        laid.around,
+        laid.surroundings,
         stops,
         departures,
         rerouting,

@@ -52,14 +52,14 @@ def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     left = summary.get("standing", {}).get("left_road")
     if no_way := summary.get("standing", {}).get("no_way_round"):
         lines.append(
-            f"no way led round what stood for vehicles on {listed(no_way)}, or their stops keep them on it: "
+            f"vehicles on {listed(no_way)} had no way round what stood, or must stop on their loop: "
             + ("they waited before it or left the road" if left else "they waited before it")
         )
     if left:
         names = list(dict.fromkeys(one["vehicle"] for one in left))
         beside = [one["vehicle"] for one in left if one["to_s"] is None]
         lines.append(
-            f"{counted(len(names), 'vehicle')} left the road, since no way led round: {listed(names)}"
+            f"{counted(len(names), 'vehicle')} left the road, without a way round what stood: {listed(names)}"
             + (f"; not back at the end: {listed(beside)}" if beside else "")
         )
     if faults := summary["refusals"].get(Reason.FAULT.value):

@@ -209,14 +209,14 @@ class Scenario:
         if self.traffic and self.gated and self.abstraction != "queues":
             msg = (
                 f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
-                "nothing says where ordinary vehicles are in the way"
+                "the gate does not know where ordinary vehicles are in the way"
             )
             raise ScenarioError(msg)
         if sum(map(bool, (self.vehicles, self.vehicles_per_km, self.on_loops))) > 1:
-            msg = "vehicles, vehicles_per_km, on_loops: each says how many there are; give one of them"
+            msg = "vehicles, vehicles_per_km, on_loops: each sets the number of vehicles; give one"
             raise ScenarioError(msg)
         if self.weights and not self.revisit_s:
-            msg = "weights: which streets are to be seen more often than every revisit_s; give that too"
+            msg = "weights: they divide revisit_s, the longest time between visits; give revisit_s too"
             raise ScenarioError(msg)
         if self.spacing == "hold" and not self.gated:
             msg = "spacing: hold works under a gate only, where vehicles can be held; take advice, or a gate"
@@ -229,7 +229,7 @@ class Scenario:
             raise ScenarioError(msg)
         own = dict(own_words(self.sumo))
         if (self.positions or self.fcd) and ((self.positions and self.fcd) or "fcd-output" in own):
-            msg = "fcd: SUMO writes these data to one file only: positions.csv.gz of positions, or this one"
+            msg = "fcd: SUMO writes positions to one file only; give positions (positions.csv.gz) or fcd"
             raise ScenarioError(msg)
         if self.on_deadlock == "teleport" and self.gated:
             msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
@@ -237,7 +237,7 @@ class Scenario:
 
     def _check_incidents(self) -> None:
         if self.incidents and self.gated and self.abstraction != "queues":
-            msg = "incidents: on abstraction segments nothing contains them; take queues"
+            msg = "incidents: they work on abstraction queues only, where vehicles are led round them"
             raise ScenarioError(msg)
 
     def _check_decide(self) -> None:

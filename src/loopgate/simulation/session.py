@@ -45,7 +45,7 @@ class Session:
         The simulation, the drive, and the recorder of events.
     gated
         The drive, if a gate rules; otherwise None.
-    around
+    surroundings
         Figures of lights and ordinary traffic; None without a gate.
     stops, departures
         Figures of stops; wanted and real departures.
@@ -63,7 +63,7 @@ class Session:
     drive: Drive
     recorder: Recorder
     gated: Drive | None
-    around: Reports | None
+    surroundings: Reports | None
     stops: StopFigures
     departures: Departures
     rerouting: Rerouting | None
@@ -121,7 +121,7 @@ class Session:
 
         `end_s`: when the run ended [s].
         """
-        told = dict(self.around.report() if self.around else {})
+        told = dict(self.surroundings.report() if self.surroundings else {})
         told |= {**self.stops.report(), **self.departures.report(end_s)}
         told |= self.rerouting.report() if self.rerouting else {}
         told |= self.containment.report() if self.containment else {}

@@ -14,10 +14,10 @@ from loopgate.control.places import Make
 from loopgate.control.sight import Sight
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.around.crossing_ways import CrossingWays
-from loopgate.simulation.around.laid_roads import LaidRoads, map_of
-from loopgate.simulation.around.obeyed import Lamps
 from loopgate.simulation.attaching.plan import Plan
+from loopgate.simulation.surroundings.crossing_ways import CrossingWays
+from loopgate.simulation.surroundings.laid_roads import LaidRoads, map_of
+from loopgate.simulation.surroundings.obeyed import Lamps
 from loopgate.traffic.base import Dynamics, Light, Program
 
 
@@ -83,7 +83,7 @@ def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
     )
     laid = LaidRoads(network, traffic, Lamps(traffic).__getitem__)
     slots: dict[str, int] = {leg.state: 9 for leg in track.legs}
-    layout = Layout(slots, [track.legs], around=laid.add)
+    layout = Layout(slots, [track.legs], on_path=laid.add)
     ledger = Ledger([lambda *_: None])
     car = ledger.take_in("car", layout.path(track.legs), at, Make(5.0, 2.6, 4.5, 10.0, 1.0), track.lap_m)
     car.front_m = car.line_m - 1.0

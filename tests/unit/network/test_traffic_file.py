@@ -42,7 +42,7 @@ def test_traffic_of_another_time_is_named(tmp_path: Path, departs: str, absent_a
         assert not found.absent(0, 25201)
     file.write_text(f'<routes><trip id="a" depart="{departs}"/></routes>')
     (said,) = read_traffic(file).absent(*absent_at_s)
-    assert f"nobody departs from {absent_at_s[0]} to {absent_at_s[1]} s" in said
+    assert f"no vehicle departs from {absent_at_s[0]} to {absent_at_s[1]} s" in said
 
 
 def test_a_configuration(tmp_path: Path) -> None:

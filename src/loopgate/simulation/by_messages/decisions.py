@@ -144,7 +144,7 @@ class DecisionsByMessages:
         if self.settings.range_m < least_m:
             msg = (
                 f"decide vehicles: range is {self.settings.range_m:g} m; expected at least {least_m:.1f} m, "
-                "or those on both sides of a crossing do not hear each other"
+                "or vehicles and posts on both sides of a crossing do not hear each other"
             )
             raise ScenarioError(msg)
         rooms = [self._room[place.name] for place in where.places]

@@ -22,7 +22,7 @@ def path_of(vehicle: Vehicle) -> list[Leg]:
     return sorted(legs, key=lambda one: one.number)
 
 
-class _Way:
+class _Loop:
     """The legs of a loop: where each begins and ends [m], the number of its place, and the lap length [m]."""
 
     def __init__(self, path: Sequence[Leg], lap_m: float, places: dict[Place, int]) -> None:
@@ -62,13 +62,13 @@ class Whereabouts:
         """Numbers of the places that vehicles visit."""
         self.paths: dict[Leg, list[Leg]] = {}
         """The paths of vehicles, each once, by its first leg."""
-        made: dict[Leg, _Way] = {}
-        self._ways: list[_Way] = []
+        made: dict[Leg, _Loop] = {}
+        self._ways: list[_Loop] = []
         for vehicle in vehicles:
             path = path_of(vehicle)
             if path[0] not in made:
                 self.paths[path[0]] = path
-                made[path[0]] = _Way(path, vehicle.lap_m, self.number)
+                made[path[0]] = _Loop(path, vehicle.lap_m, self.number)
             self._ways.append(made[path[0]])
         self.places = list(self.number)
         """The places, by number."""

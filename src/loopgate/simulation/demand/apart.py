@@ -95,7 +95,9 @@ def sort_out(
         found.lines = tuple(left_out(unfit))
     if not found.everybody:
         nobody = (
-            f"--gated {scenario.rule_for_gated} leaves none" if ordinary else "nobody departs in its time"
+            f"--gated {scenario.rule_for_gated} leaves none"
+            if ordinary
+            else "no vehicle departs during the run"
         )
         why = next(iter((*found.lines, *(f"{name}: {why}" for name, why in found.apart.items()))), nobody)
         msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"

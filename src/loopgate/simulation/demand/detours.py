@@ -282,7 +282,7 @@ def name_long_stops(vehicles: Sequence[VehicleDemand], found: FoundDetours) -> t
             bare = [name for name in through if all(stop.edge in edges for edges in around.get(name, ()))]
             led = f"; no way leads round it for {listed(bare)}" if bare else ""
             lines[v.id, stop.edge] = (
-                f"{v.id} is to stand {_span(stop)} on edge {stop.edge}: nobody is let in behind it "
+                f"{v.id} is to stand {_span(stop)} on edge {stop.edge}: no vehicle enters behind it "
                 f"there until it goes on; {counted(len(through), 'other loop')} through that edge{led}"
             )
     return tuple(lines.values())

@@ -59,7 +59,7 @@ def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
     asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
     unknown = [name for name in asked if name not in known]
     if unknown or not asked:
-        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it names nobody"
+        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it has no names"
         msg = f"gated: {who}: {what}; expected one name in each line"
         raise ScenarioError(msg)
     return asked

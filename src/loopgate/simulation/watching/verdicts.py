@@ -168,7 +168,7 @@ class Verdicts:
 
     def _erred(self, gated: str, ordinary: str, collision: Collision) -> tuple[str, str]:
         if self._drive.trespasses_now(gated):
-            return gated, f"{gated} was where it had no grant for"
+            return gated, f"{gated} was in a place without a grant"
         if ordinary not in self._moments[-1][1].vehicles:
             return gated, f"{ordinary} is on foot"
         one, other = self._entry(gated), self._entry(ordinary)

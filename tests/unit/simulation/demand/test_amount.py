@@ -121,5 +121,5 @@ def test_flows_that_sumo_makes_have_a_bound_too(tmp_path: Path) -> None:
 def test_nobody_in_the_time_of_the_run_is_said(tmp_path: Path) -> None:
     """It is no matter of the gate."""
     routes = flow(tmp_path, 'begin="0" probability="1e-9"', OPEN)
-    with pytest.raises(LoopgateError, match="nobody departs"):
+    with pytest.raises(LoopgateError, match="no vehicle departs"):
         assemble(Scenario(network=GRID, routes=routes, duration_s=60, gate="certified"))

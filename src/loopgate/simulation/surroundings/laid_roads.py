@@ -15,7 +15,7 @@ from loopgate.control.sight import Map, Sight
 from loopgate.control.slack import Slack
 from loopgate.network import RoadNetwork
 from loopgate.network.loop import LanePosition
-from loopgate.simulation.around.crossing_ways import CrossingWays, Movement
+from loopgate.simulation.surroundings.crossing_ways import CrossingWays, Movement
 from loopgate.traffic.base import Traffic
 
 __all__ = ["PROMISE", "LaidRoads"]
@@ -28,7 +28,7 @@ PROMISE = (
 """The promise of the gate where there is ordinary traffic, for ``summary.json``."""
 
 
-class _Way(NamedTuple):
+class _Path(NamedTuple):
     legs: Sequence[Drawn]
 
 
@@ -59,7 +59,7 @@ class LaidRoads:
 
     def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
         """Add positions on the road, and the checks before each crossing, to the legs of a path."""
-        drawn = _Way(way)
+        drawn = _Path(way)
         for position, leg in enumerate(path):
             place = self._find.place(drawn, position)
             behind = self._behind(drawn, position)
@@ -84,7 +84,7 @@ class LaidRoads:
         """Return the figures of ordinary traffic for ``summary.json``."""
         return {"others": {"vehicles": self.sight.met, "promise": PROMISE}}
 
-    def _behind(self, way: _Way, position: int) -> _Behind:
+    def _behind(self, way: _Path, position: int) -> _Behind:
         """Return the lanes and lookouts after a leg; legs that end before the same crossing share them."""
         leg = way.legs[position]
         key = leg.line, tuple(crossing.id for crossing in leg.crossings)

@@ -14,7 +14,7 @@ from loopgate.abstraction.itinerary import Leg
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
-__all__ = ["Approach", "CrossingWays", "Movement", "Place", "Way"]
+__all__ = ["Approach", "CrossingAhead", "CrossingWays", "Movement", "Place"]
 
 _ABREAST_M = 2.3
 """Vehicles touch where the middles of their paths are nearer than this, also in a bend [m]."""
@@ -102,7 +102,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class CrossingAhead:
     """The crossing ahead of a vehicle that stands at the end of a state, and what must be free there.
 
     Attributes
@@ -155,7 +155,7 @@ class CrossingWays:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
-    def of(self, track: Driven) -> tuple[Way, ...]:
+    def of(self, track: Driven) -> tuple[CrossingAhead, ...]:
         """Return the crossing at the end of each leg of a path."""
         return tuple(self.way(track, position) for position in range(len(track.legs)))
 
@@ -170,12 +170,12 @@ class CrossingWays:
         lane = f"{end.edge}_{end.lane}"
         return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
-    def way(self, track: Driven, position: int) -> Way:
+    def way(self, track: Driven, position: int) -> CrossingAhead:
         """Return the crossing at the end of the leg at an index of a path."""
         line = track.legs[position].line
         crossings = track.legs[position].crossings
         crossing = [self._movements[c.id] for c in crossings if c.id in self._movements]
-        return Way(
+        return CrossingAhead(
             lane=f"{line.edge}_{line.lane}",
             line_m=line.position_m,
             movements=tuple(self._crossed(crossing, line.position_m)),

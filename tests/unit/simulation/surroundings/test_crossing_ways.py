@@ -6,8 +6,8 @@ import math
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.around.crossing_ways import CrossingWays
 from loopgate.simulation.attaching.plan import Plan
+from loopgate.simulation.surroundings.crossing_ways import CrossingWays
 
 
 def test_ways_that_touch_without_right_of_way_count() -> None:

@@ -26,7 +26,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class LoopLine:
     """A loop as a line on the map.
 
     Attributes
@@ -50,22 +50,22 @@ class Way:
     length_m: float
 
 
-def loop_way(loop: Loop) -> Way:
+def loop_line(loop: Loop) -> LoopLine:
     """Return a loop as a line on the map; the line is closed if the loop is.
 
     Examples
     --------
     >>> from loopgate import RoadNetwork, read_loops
-    >>> from loopgate.export import loop_way
+    >>> from loopgate.export import loop_line
     >>> network = RoadNetwork.open("networks/ring3.net.xml")
-    >>> way = loop_way(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> way = loop_line(read_loops(network, "routes/ring3.rou.xml").loops[0])
     >>> way.edges[0], len(way.begins_m) == len(way.edges)
     ('p1b', True)
     """
     points = loop.curve()[0]
     line = np.vstack((points, points[:1])) if loop.closed else points
     begins = tuple(span.begin_m for span in loop.roads)
-    return Way(loop.id, distinct(line), loop.edges, begins, loop.length_m)
+    return LoopLine(loop.id, distinct(line), loop.edges, begins, loop.length_m)
 
 
 def distinct(line: Floats) -> Floats:
@@ -90,9 +90,9 @@ def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[fl
     Examples
     --------
     >>> from loopgate import RoadNetwork, read_loops
-    >>> from loopgate.export import find_turns, loop_way
+    >>> from loopgate.export import find_turns, loop_line
     >>> network = RoadNetwork.open("networks/ring3.net.xml")
-    >>> way = loop_way(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> way = loop_line(read_loops(network, "routes/ring3.rou.xml").loops[0])
     >>> [turn.text for turn in find_turns(network, way.edges, way.begins_m)][0]
     'start on edge p1b'
     """

@@ -10,7 +10,7 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.lights import Lights
 from loopgate.network import RoadNetwork
-from loopgate.simulation.around.lights import ShownLights
+from loopgate.simulation.surroundings.lights import ShownLights
 from loopgate.traffic.base import Program, Traffic
 
 __all__ = ["Lamps", "ObeyedLights", "signals_in"]
