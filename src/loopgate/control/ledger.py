@@ -325,9 +325,9 @@ class Ledger:
         body.vehicle.bodies.append(body)
         if body.place.is_full():
             for other in body.place.bodies:
-                if other is not body and other is not other.vehicle.bodies[-1]:
+                if len(other.vehicle.bodies) > 1:
                     other.vehicle.back_m = other.vehicle.gives_back_m()
-                    self._aim(other.vehicle)  # its slot is wanted as soon as its rear is out
+                    self._aim(other.vehicle)  # a slot here is wanted as soon as a rear is out
 
     def _must_ask(self, vehicle: Vehicle) -> None:
         first = vehicle.leg.place.line[0]
@@ -417,7 +417,7 @@ class Ledger:
         self.log.append((GRANTED, vehicle, after.place, "", self.stage_of(vehicle)))
         self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
-        if not vehicle.trips:
+        if len(vehicle.bodies) == 2 and not vehicle.trips:  # else it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
             trip = Trip(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)

@@ -8,7 +8,7 @@ from loopgate.control.chain import circle_from, closes, closes_by_entering
 from loopgate.control.departures import is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
-from loopgate.control.places import Leg, Place, joined, path_of
+from loopgate.control.places import Leg, Make, Place, joined, path_of
 from loopgate.control.rules import usual
 
 
@@ -203,3 +203,24 @@ def test_a_place_stays_shut_for_one_answer_after_it_was_shut() -> None:
     assert ledger.answer() == []
     ledger.open_up()
     assert ledger.answer() == [car]
+
+
+def test_a_slot_is_looked_at_anew_when_a_place_ahead_fills() -> None:
+    make = Make(5.0, 2.6, 4.5, 14.0, 1.0)
+    a, b = Place("a", 2), Place("b", 2)
+    places = [Leg(a, 0, 0.0, 20.0), Leg(b, 1, 40.0, 60.0), Leg(Place("c", 2), 2, 80.0, 100.0)]
+    ledger, path = Ledger(usual()), joined(places, closed=True)
+    leaves, stays, goes = (
+        ledger.take_in(name, path, at, make, 120.0)
+        for name, at in (("leaves", 0), ("stays", 0), ("goes", 1))
+    )
+    ledger.ask(leaves)
+    assert ledger.answer() == [leaves]
+    assert leaves.back_m == 25.0  # a was full when it had its grant: the slot is free once its rear is out
+    ledger.leave(stays)
+    assert leaves.back_m == 25.0  # nobody has looked since
+    ledger.ask(goes)
+    assert ledger.answer() == [goes]
+    ledger.leave(goes)
+    ledger.take_in("fills", path, 1, make, 120.0)
+    assert leaves.back_m == 45.0  # a has a slot free: it keeps its own until its rear is over the junction
