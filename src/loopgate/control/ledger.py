@@ -412,12 +412,13 @@ class Ledger:
         self._go_out(vehicle)
         self.grants += 1
         begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
+        was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, "", self.stage_of(vehicle)))
         self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
-        if len(vehicle.bodies) == 2 and not vehicle.trips:  # else it still leaves an earlier place
+        if was_settled:  # else it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
             trip = Trip(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)

@@ -211,8 +211,7 @@ def test_a_slot_is_looked_at_anew_when_a_place_ahead_fills() -> None:
     places = [Leg(a, 0, 0.0, 20.0), Leg(b, 1, 40.0, 60.0), Leg(Place("c", 2), 2, 80.0, 100.0)]
     ledger, path = Ledger(usual()), joined(places, closed=True)
     leaves, stays, goes = (
-        ledger.take_in(name, path, at, make, 120.0)
-        for name, at in (("leaves", 0), ("stays", 0), ("goes", 1))
+        ledger.take_in(name, path, at, make, 120.0) for name, at in (("leaves", 0), ("stays", 0), ("goes", 1))
     )
     ledger.ask(leaves)
     assert ledger.answer() == [leaves]
