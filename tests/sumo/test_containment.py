@@ -69,7 +69,7 @@ def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
     left = summary["standing"]["left_road"]
     assert left
     assert all(500.0 <= one["to_s"] < 600.0 for one in left)
-    assert any("left the road, since" in line for line in summary["warnings"])
+    assert any("left the road, without a way round" in line for line in summary["warnings"])
     assert not any("not back at the end" in line for line in summary["warnings"])
     summary["standing"]["left_road"][0]["to_s"] = None
     assert any(f"not back at the end: {left[0]['vehicle']}" in line for line in warnings_of(summary))
