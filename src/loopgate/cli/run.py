@@ -16,6 +16,7 @@ from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
 from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import (
     ABSTRACTIONS,
+    ARRIVING,
     DRIVERS,
     LIGHTS,
     ON_DEADLOCK,
@@ -35,7 +36,7 @@ GROUPS = {
     "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "drivers", "starts", "stops", "traffic"),
     "Gate": (
         *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
-        *("incidents", "standing", "rho_m", "piece_m"),
+        *("arriving", "incidents", "standing", "rho_m", "piece_m"),
     ),
     "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),
     "Output": ("out", "overwrite", "as_json", "positions", "fcd", "tripinfo", "edgedata"),
@@ -132,6 +133,11 @@ GROUPS = {
     "--drivers",
     type=click.Choice(DRIVERS),
     help="human (default): as the vehicle types say; machine: no dawdling, short headway.",
+)
+@click.option(
+    "--arriving",
+    type=click.Choice(ARRIVING),
+    help="Refused vehicles: brake late (standing, default), or slow early to be granted at speed (rolling).",
 )
 @click.option(
     "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."

@@ -17,21 +17,22 @@ class Brakes:
 
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:
         self._traffic, self._rows = traffic, rows
-        self._braking: dict[Vehicle, None] = {}
+        self.braking: dict[Vehicle, None] = {}
+        """The held vehicles that have not come to rest."""
         self.overruns = 0
 
     def holds(self, vehicle: Vehicle) -> None:
         """Watch a vehicle that has been told to stop at its stop line."""
-        self._braking[vehicle] = None
+        self.braking[vehicle] = None
 
     def forget(self, vehicle: Vehicle) -> None:
         """End the watch of a vehicle: it stands, has a grant, or has left."""
-        self._braking.pop(vehicle, None)
+        self.braking.pop(vehicle, None)
 
     def look(self) -> None:
         """Brake the vehicles that would come to rest beyond their stop lines."""
         step_s = self._traffic.step_s
-        for vehicle in list(self._braking):
+        for vehicle in list(self.braking):
             if not vehicle.held:
                 self.forget(vehicle)
                 continue

@@ -20,6 +20,7 @@ from loopgate.control.lights import Lights
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.pressure import Pressure
+from loopgate.control.rolling import Rolling
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
@@ -92,6 +93,7 @@ class Driving:
         self.used_stops = UsedStops(traffic)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
+        self.rolling = Rolling(traffic, self.brakes)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
@@ -273,6 +275,7 @@ class Driving:
         self.used_stops.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
+        self.rolling.forget(vehicle)
         self.stops.forget(vehicle)
         if self._spacing is not None:
             self._spacing.forget(vehicle)
@@ -326,6 +329,7 @@ class Driving:
         """Do what is due after a step of the traffic."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
+        self.rolling.lift()
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
                 self.leave(name, "arrived")
@@ -380,6 +384,7 @@ class Driving:
         self.lights.look(gone, stay)
         if self.is_courteous:
             self._courtesy.look(gone)
+        self.rolling.look()
 
     def _halts(self, account: Account, now_s: float) -> None:
         """Note that a vehicle has come to rest at the line where it is held."""

@@ -168,6 +168,7 @@ def make_driving(
     )
     if deciding is not None:
         deciding.know(driving.places)
+        driving.rolling.on = scenario.arriving == "rolling" and roads is None
     lights = ObeyedLights(
         lamps,
         signals,

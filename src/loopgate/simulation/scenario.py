@@ -28,6 +28,7 @@ SPACINGS = ("none", "hold", "advice")
 STANDING = ("contain", "leave", "wait")
 STARTS = ("random", "even")
 DRIVERS = ("human", "machine")
+ARRIVING = ("rolling", "standing")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 LONGEST_GATED_STEP_S = 1.0
 """Longest step under a gate [s]: SUMO's drivers keep a headway of one second only if steps are no longer."""
@@ -114,6 +115,10 @@ class Scenario:
     drivers
         ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
         headway of half a second or a step, also under ``open``.
+    arriving
+        ``rolling``: where other vehicles cross, a refused vehicle slows down early, so that it is granted at
+        speed; ``standing``: it brakes as late as it can. With ordinary traffic, and where vehicles decide,
+        vehicles always arrive as with ``standing``.
     starts
         ``even``: more vehicles on loops with longer lap times, evenly spaced in time. ``random``: equally
         many vehicles on each loop, at random positions, unless the route file gives positions. Empty for
@@ -179,6 +184,7 @@ class Scenario:
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
     drivers: Annotated[str, choice(DRIVERS)] = "human"
+    arriving: Annotated[str, choice(ARRIVING)] = "standing"
     starts: Annotated[str, choice(("", *STARTS))] = ""
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     weights: Annotated[str, text()] = ""
