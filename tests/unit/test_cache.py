@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.cache import Cache, without_collection
+from loopgate.cache import Cache, frozen_objects, without_collection
 from loopgate.errors import NetworkError
 from loopgate.network import RoadNetwork, find_loops, read_loops, road, write_loops
 
@@ -101,3 +101,13 @@ def test_loops_of_a_file_that_changes_are_read_again(tmp_path: Path) -> None:
     assert read_loops(network, file) is read_loops(network, file)
     write_loops(loops, file)
     assert len(read_loops(network, file).loops) == 3
+
+
+def test_what_exists_is_passed_over_by_the_collector_only_meanwhile() -> None:
+    before = gc.get_freeze_count()
+    with frozen_objects():
+        inside = gc.get_freeze_count()
+        with frozen_objects():  # as in a run in an owner's own simulation
+            assert gc.get_freeze_count() == inside
+        assert gc.get_freeze_count() == inside > before
+    assert gc.get_freeze_count() == before

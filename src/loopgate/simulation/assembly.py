@@ -10,6 +10,7 @@ from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.track import Track, make_track
+from loopgate.cache import without_collection
 from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
@@ -137,6 +138,7 @@ class Assembly:
         return tuple(start.vehicle for start in self.everybody)
 
 
+@without_collection()
 def assemble(scenario: Scenario) -> Assembly:
     """Read the network and the vehicles, build the abstraction, and place the vehicles.
 

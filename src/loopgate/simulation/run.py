@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import Any
 
 from loopgate.audit import read_layout, write_layout
+from loopgate.cache import frozen_objects
 from loopgate.disk import writing
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import Gate, make_gate
@@ -120,6 +121,7 @@ def _run(
         closing(
             FrontRecorder(folder / run_folder.FRONTS, session.traffic, session.drive, session.recorder)
         ) as fronts,
+        frozen_objects(),
     ):
         prepared_s = perf_counter() - began
         traffic, drive, recorder = session.traffic, session.drive, session.recorder
