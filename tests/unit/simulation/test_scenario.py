@@ -64,7 +64,7 @@ def test_paths_are_relative_to_the_file(tmp_path: Path) -> None:
         ),
         ({"network": "n", "traffic": "t", "abstraction": "segments"}, "on abstraction queues only"),
         ({"network": "n", "gate": "open", "spacing": "hold"}, "hold works under a gate only"),
-        ({"network": "n", "weights": "w"}, "give that too"),
+        ({"network": "n", "weights": "w"}, "give revisit_s too"),
         ({"network": "n", "starts": "here"}, "starts is 'here'; expected one of random, even"),
         ({"network": "n", "gate": "collision", "on_deadlock": "teleport"}, "with gate open only"),
     ],

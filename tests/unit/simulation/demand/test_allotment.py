@@ -66,7 +66,7 @@ def test_types_take_turns_by_their_shares(routes: str) -> None:
 @pytest.mark.parametrize(
     ("said", "words"),
     [
-        ({"vehicles": 3, "vehicles_per_km": 1}, "give one of them"),
+        ({"vehicles": 3, "vehicles_per_km": 1}, "give one"),
         ({"on_loops": "loop0=0"}, "expected names with whole numbers above 0"),
         ({"on_loops": "loop0=1.5"}, "expected names with whole numbers above 0"),
         ({"on_loops": "loop0=1,loop0=2"}, "expected names"),
