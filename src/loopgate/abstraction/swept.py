@@ -109,7 +109,7 @@ def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
     return Touches(tuple(paths), path[a], path[b], at[a], at[b], length[a], length[b], *touched)
 
 
-_MOST_KEPT = 2_000_000
+_MOST_KEPT = 4_000_000
 """More overlaps are not kept, for the sake of memory."""
 
 _LAST: Cache[list[tuple[_Laid, Overlaps]]] = Cache(2)
