@@ -7,7 +7,8 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import Leg as Drawn
-from loopgate.control.ledger import GRANTED, LEFT, REFUSED, TRESPASSED, Ledger
+from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
+from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Vehicle
 from loopgate.control.way import Way
 
