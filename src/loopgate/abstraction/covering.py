@@ -31,15 +31,15 @@ class Cover:
     """The streets to cover, and lower bounds of the length."""
     loops: tuple[Loop, ...]
     left_out: dict[str, CoverReason]
-    """Streets that are not covered, and why."""
+    """The streets that are not covered, and why."""
     finished: bool = True
-    """Whether the search came to its end."""
+    """Whether the search was completed."""
     costs: tuple[float, ...] = ()
     """Cost of each loop [m, or s by time]."""
 
     @property
     def covered(self) -> tuple[str, ...]:
-        """The streets asked for that lie on some loop."""
+        """The required streets that lie on some loop."""
         on = {edge for loop in self.loops for edge in loop.edges}
         return tuple(edge for edge in self.design.required if edge in on)
 
@@ -54,22 +54,22 @@ def cover_streets(
     name: str = "loop",
     progress: Callable[[int, int | None], None] | None = None,
 ) -> Cover:
-    """Make closed loops that cover streets, the longest as short as can be, and accepted as queues.
+    """Make closed loops that cover streets, can be cut into queues, and whose longest loop is short.
 
-    An interruption from the keyboard ends the search, and the best so far is taken.
+    An interruption from the keyboard ends the search; the best loops so far are used.
 
-    Raises `RouteError` if no street can be covered, or no loop may be as short as asked for.
+    Raises `RouteError` if no street can be covered, or no loop can be as short as required.
 
     Parameters
     ----------
     network, task
-        The roads, and what is to be covered.
+        The roads, and the streets to cover.
     count
-        How many loops; fewer where there are fewer streets, more where none may be longer than so much.
+        Number of loops; fewer if there are fewer streets, more if the length of a loop is limited.
     kind
         The type of the vehicles; of the task's class.
     seed
-        The same seed makes the same loops.
+        Seed of the search; the same seed gives the same loops.
     name
         Beginning of the loops' names.
     progress
@@ -90,7 +90,7 @@ def cover_streets(
         for _ in range(_SHARED):
             if bad or not finished or not mender.detours or mender.longest <= plan.longest:
                 break
-            # What detours cost is known now: share it among the loops, and keep what is better.
+            # The costs of detours are known now: search again with them, and keep the better loops.
             detours |= mender.detours
             other = _Mender(network, design, kind, name)
             more, finished = _best(design.dearer(detours), count, seed, progress, plan)
@@ -130,22 +130,21 @@ def _best(
 
 
 class _Mender:
-    """Leads loops that do not work as queues another way.
+    """Repairs walks that cannot be cut into queues.
 
-    Two things are mended: a walk that comes back to a lane and can wait nowhere between has the ring taken
-    out, and its streets are led over on the way from one lane to another; one with fewer than two places is
-    driven as part of another.
+    A walk that returns to a lane without a place between loses that ring; other detours then cover its
+    streets. A walk with fewer than two places is joined to another walk.
     """
 
     def __init__(self, network: RoadNetwork, design: Design, kind: VehicleType, name: str) -> None:
         self.lost: dict[str, CoverReason] = {}
         """Streets that no mended walk covers."""
         self.detours: dict[str, float] = {}
-        """Streets that walks had to be led over, and what that cost."""
+        """Streets that needed a detour, and its cost."""
         self.longest = 0.0
-        """Cost of the longest walk, mended."""
+        """Cost of the longest repaired walk."""
         self.costs: tuple[float, ...] = ()
-        """Cost of each walk, mended."""
+        """Cost of each repaired walk."""
         self._network = network
         self._design = design
         self._name = name
@@ -155,7 +154,7 @@ class _Mender:
         self._roads = _digraph(graph, design)
 
     def mended(self, walks: Sequence[Walk]) -> tuple[tuple[Loop, ...], set[str]]:
-        """Return loops that work, or else edges that they have to keep off."""
+        """Return loops that can be cut into queues; otherwise the edges that walks must avoid."""
         now = list(walks)
         for _ in range(_MENDS):
             loops = [
@@ -177,7 +176,7 @@ class _Mender:
                 number = loops.index(refusal.loop)
                 if refusal.edge is None:
                     self._join(now, number)
-                    break  # it may now be part of one that was refused too
+                    break  # it may now be part of another refused walk
                 if not self._without_ring(now, number, refusal.edge):
                     bad.add(refusal.edge)
             if bad:
@@ -185,7 +184,7 @@ class _Mender:
         return (), {refusal.edge or refusal.loop.edges[0] for refusal in refused}
 
     def _join(self, walks: list[Walk], number: int) -> None:
-        """Join a walk to the shortest walk that shares a node with it, or leave it out."""
+        """Join a walk to the cheapest walk that shares a node with it; without one, leave it out."""
         walk = walks.pop(number)
         sharing = [k for k, other in enumerate(walks) if set(walk) & set(other)]
         if not sharing:
@@ -202,14 +201,14 @@ class _Mender:
         self.lost |= {edge: CoverReason.QUEUES for edge in edges if edge in required}
 
     def _without_ring(self, walks: list[Walk], number: int, edge: str) -> bool:
-        """Take the shortest way from an edge back to it out of a walk; return whether there is one."""
+        """Remove the shortest ring from an edge back to the edge; return whether there is one."""
         graph, walk = self._design.graph, walks[number]
         visits = [k for k, node in enumerate(walk) if graph.edges[node] == edge]
         rings = [(one, other) for one, other in pairwise((*visits, *(k + len(walk) for k in visits[:1])))]
         if len(visits) == 1:
             return False
         around = [self._is_place[node] for node in walk] * 2
-        # A lane long enough may be no place: where others swing out over it.
+        # A long lane may be no place, if other vehicles swing out over it.
         begin, end = min(rings, key=lambda ring: (sum(around[ring[0] + 1 : ring[1]]), ring[1] - ring[0]))
         turned = (*walk[begin:], *walk[:begin])
         ring, rest = turned[1 : end - begin], turned[end - begin :]
@@ -220,14 +219,14 @@ class _Mender:
         return True
 
     def _lead_over(self, walks: list[Walk], edge: str) -> None:
-        """Lead a walk over an edge by the shortest detour, from one place to another; or lose it."""
+        """Add the cheapest detour over an edge to a walk, or lose the edge."""
         nodes = [node for node, name in enumerate(self._design.graph.edges) if name == edge]
         options = [option for node in nodes for option in self._detours(walks, node)]
         if not options:
             self._lose([edge])
             return
         costs = [self._cost(walk) for walk in walks]
-        # The cheapest of those that make the longest loop least longer.
+        # The detour that lengthens the longest loop least; ties go to the cheapest detour.
         _, self.detours[edge], number, begin, detour = min(
             (max(costs[k] + price, *costs), price, k, begin, detour)
             for price, begin, detour in options
@@ -238,7 +237,7 @@ class _Mender:
         walks[number] = (*walks[number][:at], *detour, *walks[number][at:])
 
     def _detours(self, walks: Sequence[Walk], node: int) -> Iterator[tuple[float, int, Walk]]:
-        """Yield the ways from places on the walks over a node to other places and back, with their cost."""
+        """Yield detours from a place over a node to another place and back, with their cost."""
         place, roads, name = self._is_place, self._roads, self._design.graph.edges
         onto = nx.subgraph_view(roads, filter_edge=lambda _, head: head == node or not place[head])
         off = nx.subgraph_view(roads, filter_edge=lambda tail, _: tail == node or not place[tail])

@@ -26,14 +26,14 @@ _SIDE_M = 0.4
 
 
 def reach_m(widths_m: Iterable[float]) -> float:
-    """Return the distance between centre lines below which vehicles of these widths conflict [m]."""
+    """Return the distance of centre lines below which vehicles of these widths conflict [m]."""
     return max(REACH_M, max(widths_m, default=0.0) + _SIDE_M)
 
 
 Overlap = tuple[float, float]
 
 _UNKNOWN = -1
-"""The number of the movement by which a vehicle came, where its path does not reach back so far."""
+"""Stands for an unknown movement: the path does not reach back to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,20 +41,20 @@ class Conflicts:
     """The conflicts among movements."""
 
     foes: Mapping[str, frozenset[str]]
-    """By movement id: the movements in conflict with it. Symmetric."""
+    """By movement id, the movements in conflict with it. Symmetric."""
     overlaps: Mapping[str, Mapping[str, Overlap]]
-    """By movement id, then foe: from which metre after the movement's beginning on the front can touch the
-    other, and up to which one the rear can; below 0 they are on the lane before it. Missing where geometry
-    does not show the conflict."""
+    """By movement id, then foe: position of the front where it can first touch the foe, and position of the
+    rear where it no longer can, from the beginning of the movement [m]. Negative positions are on the lane
+    before. Missing where geometry does not show the conflict."""
     lengths_m: Mapping[str, float]
     speeds_mps: Mapping[str, float]
-    """`lengths_m` and `speeds_mps`: length, and lowest speed limit until the rear is past it, the next lane's
-    included, by movement id."""
+    """`lengths_m` and `speeds_mps`, by movement id: length, and lowest speed limit until the rear is past,
+    with that of the next lane."""
     unlisted: tuple[tuple[str, str], ...]
-    """Conflicts that the geometry shows and the request matrix does not list."""
+    """Conflicts that the geometry shows and SUMO's request matrix does not list."""
     with_others: frozenset[tuple[str, str]] = frozenset()
-    """Conflicts of a movement with the next one that only vehicles have that come to the next one by another
-    movement: vehicles that take both follow each other."""
+    """Conflicts of a movement with the next one that exist only for vehicles from another movement: vehicles
+    that take both follow each other."""
 
 
 def find_conflicts(
@@ -66,14 +66,14 @@ def find_conflicts(
     """Find the conflicts among movements.
 
     A vehicle is under way on a movement from the end of the place before it until its rear is in the place
-    behind it, over lanes too short to wait on and stretches as well. Two movements conflict if bodies on them
-    touch, unless the one merely follows the other; and if they end on one lane. Then they touch until the
-    end: the second must find the first ahead, not beside. A movement that bends back to its own beginning is
-    its own foe.
+    after it; lanes too short to wait on and stretches belong to it. Two movements conflict if bodies on them
+    touch, unless one only follows the other, and if they end on one lane. In the latter case they touch until
+    the end, since the second vehicle must find the first ahead of it, not beside. A movement that bends back
+    to its own beginning conflicts with itself.
 
-    The junction's request matrix lists more, mostly movements to neighbouring lanes of one edge, which never
-    come near each other. Vehicles under a gate do not change lanes there, and SUMO's drivers stop only for
-    whom they could meet. Where the network has no internal lanes to look at, all movements over a junction
+    The junction's request matrix lists more conflicts, mostly of movements to neighbouring lanes of one edge,
+    which never come near each other. Gated vehicles do not change lanes there, and SUMO's drivers stop only
+    for vehicles that they could meet. In a network without internal lanes, all movements over a junction
     conflict.
 
     O(n log n) for n touches.
@@ -81,9 +81,10 @@ def find_conflicts(
     Parameters
     ----------
     movements
-        All that are driven.
+        All movements that vehicles drive.
     places
-        By lane, where the first place on it begins and the last one ends; lanes without a place are missing.
+            By lane, the beginning of its first place and the end of its last place; lanes without a place are
+        missing.
     """
     by_id = {movement.id: movement for movement in movements}
     lengths = {m.id: network.over_m(m) for m in by_id.values()}
@@ -121,9 +122,10 @@ def find_conflicts(
 def _between_places(
     network: RoadNetwork, movement: Connection, length_m: float, places: Mapping[str, Part]
 ) -> tuple[float, float]:
-    """Return where a front leaves the place before a movement and a rear gets into that behind it [m].
+    """Return where a front leaves the place before a movement, and a rear enters the place after it [m].
 
-    Nobody who waits in a place is in the way, however near a touch is: fronts are looked at some way apart.
+    A vehicle that waits in a place is not in the way, however near a touch is, since fronts are checked at
+    intervals.
     """
     before, behind = movement.from_id, movement.to_id
     line_m = places[before].end_m - network.lanes[before].length_m if before in places else -math.inf
@@ -131,9 +133,9 @@ def _between_places(
 
 
 def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float, bool]]:
-    """Yield for each movement and each foe the metres between which they touch, in both orders.
+    """Yield for each movement and foe the positions between which they touch, in both orders.
 
-    Then whether vehicles on the foe may touch a vehicle there that have come by the same movement.
+    The last item tells whether vehicles on the foe may touch a vehicle that has come by the same movement.
     """
     t = touches
     mine = under_way.rows(t.paths, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
@@ -152,7 +154,7 @@ def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, 
 
 
 class _UnderWay:
-    """Which movements a vehicle is under way on, by its path and the position of its front."""
+    """Finds the movement that a vehicle is on, from its path and the position of its front."""
 
     def __init__(
         self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, Part]
@@ -166,7 +168,7 @@ class _UnderWay:
         self._begins: list[str] = []
         self._length_m: list[float] = []
         self._at = self._length = self._touched = np.empty(0)
-        """Of the touches looked at."""
+        """Positions, lengths and touched points of the bodies that `rows` handles."""
         for number, movement in enumerate(movements):
             self.names.append(movement.id)
             self._begins.append(movement.from_id)
@@ -181,10 +183,10 @@ class _UnderWay:
     def rows(
         self, paths: Sequence[SweptPath], path: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
     ) -> pd.DataFrame:
-        """Return for each touch the movements, where on them front and rear are [m], and by which it came.
+        """Return for each touch the movement, positions of front and rear on it [m], and the movement before.
 
-        `path`, `at_m`, `length_m`, `touched_m`: for each touch the path by number, position of the front
-        on its lane, length of the body, and where it is touched [m].
+        `path`, `at_m`, `length_m`, `touched_m`: for each touch, the index of the path, position of the front
+        on its lane, length of the body, and its touched point [m].
         """
         order = np.argsort(path, kind="stable")
         firsts = np.flatnonzero(np.diff(path[order], prepend=-1))
@@ -209,7 +211,7 @@ class _UnderWay:
         return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": rear, "by": by})
 
     def _came_by(self, path: SweptPath, movement: int) -> int:
-        """Return the movement before the given one on a path, by number, or `_UNKNOWN`."""
+        """Return the index of the movement before the given one on a path, or `_UNKNOWN`."""
         lanes = (path.lane, *path.before)
         if self._begins[movement] not in lanes[:-1]:
             return _UNKNOWN
@@ -217,9 +219,9 @@ class _UnderWay:
         return self._inside[before][0] if before in self._inside else _UNKNOWN
 
     def _of(self, path: SweptPath, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
-        """Yield movements, offsets of positions [m], and the touches that lie on each movement.
+        """Yield movements, offsets of positions [m], and the touches on each movement.
 
-        A body can lie on several movements, one after the other: it is on that on which it is touched.
+        A body can lie on several movements; it belongs to the movement on which it is touched.
         """
         lanes = (path.lane, *path.before)
         begin_m, above = 0.0, self._touched[rows] >= 0.0
@@ -239,7 +241,7 @@ class _UnderWay:
         return lane in self._places
 
     def _on(self, lanes: Sequence[str], begin_m: float, rows: Ints) -> Iterator[tuple[int, float, Ints]]:
-        """Yield as `_of` does, for bodies that are touched on the first of `lanes`, which begins there."""
+        """Yield as `_of` does, for bodies touched on the first of `lanes`, which begins at `begin_m`."""
         lane = lanes[0]
         inside = self._inside.get(lane)
         if inside is not None:
@@ -260,7 +262,7 @@ class _UnderWay:
 
 
 class _Pair(NamedTuple):
-    """Two movements that may meet on a junction: if its matrix lists them, and if they conflict for sure."""
+    """Two movements that may meet: whether the junction's matrix lists them; whether they surely conflict."""
 
     ids: tuple[str, str]
     listed: bool

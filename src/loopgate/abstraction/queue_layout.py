@@ -1,4 +1,4 @@
-"""The abstraction queues, first part: loops are cut into places and crossings."""
+"""The abstraction queues, first part: cuts loops into places and crossings."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -29,14 +29,14 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 _MANY = 1_000_000
-"""As many vehicles as anybody may have."""
+"""Stands for any number of vehicles."""
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
     """A part of a loop: a place, a passage over a stretch, a movement, or a lane too short to wait on.
 
-    `begin_m` is an arc length on the loop, `at_m` where on its edge the piece ends [m].
+    `begin_m`: arc length on the loop [m]. `at_m`: position on its edge where the piece ends [m].
     """
 
     begin_m: float
@@ -54,13 +54,13 @@ class QueueLayout:
     """Loops cut into places and crossings, before vehicles are placed."""
 
     places: Mapping[str, QueuePlace]
-    """By name; in the order of first use."""
+    """The places, by name, in the order of first use."""
     itineraries: Mapping[str, Itinerary]
-    """By loop id."""
+    """The paths, by loop id."""
     conflicts: Conflicts
-    """Among all movements over junctions that the loops use."""
+    """The conflicts among all movements that the loops use."""
     stretches: Mapping[str, Stretch]
-    """By edge: where loops change lanes, and narrow streets."""
+    """Stretches where loops change lanes, and narrow streets, by edge."""
 
 
 def lay_out_queues(
@@ -68,15 +68,15 @@ def lay_out_queues(
 ) -> QueueLayout:
     """Cut loops into places (lanes) and crossings (movements, and lanes too short to wait on).
 
-    Raises `RefusedLoopError` if a loop cannot work as queues; the text says why.
+    Raises `RefusedLoopError` if a loop cannot be cut into queues; the text says why.
 
     Parameters
     ----------
     users
-        For each vehicle its loop and its type; there may be any number of vehicles like it.
+        The loop and the type of each vehicle; further vehicles of the same loops and types may come.
     counted
-        Whether these are all vehicles that there ever are. Then a place holds as many as fit whichever they
-        are, else as many as the longest visitor of its lane leaves room for.
+            Whether no further vehicles come. Then a place has as many slots as any of these vehicles fit;
+        otherwise as many as vehicles of the longest type on its lane fit.
     """
     counts = Counter(users)
     if not counted or len({kind.needed_m for _, kind in users}) == 1:
@@ -124,7 +124,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
 
 
 def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
-    """Return the begin of the first place and the end of the last place on each lane."""
+    """Return the beginning of the first place and the end of the last place on each lane."""
     found: dict[str, Part] = {}
     for piece in pieces:
         if piece.place is not None and not piece.place.away:
@@ -137,10 +137,10 @@ def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
 def why_not(
     network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE, near: Narrow | None = None
 ) -> Refusal | None:
-    """Return why a loop cannot work as queues; None if it can.
+    """Return why a loop cannot be cut into queues; None if it can.
 
-    It is looked at by itself: where its ways and those of other loops touch there can be less room. `near`
-    is as in `lay_stretches`.
+    The loop is checked alone; together with other loops its places may be shorter. `near`: as in
+    `lay_stretches`.
     """
     plan = _Plan(network, {(loop, kind): _MANY}, near=near)
     try:
@@ -150,7 +150,7 @@ def why_not(
 
 
 class _Plan:
-    """The parts of the network that a set of loops uses as stretches, and how long their vehicles are."""
+    """The stretches of a set of loops, and the lengths of the vehicles on each lane."""
 
     def __init__(
         self,
@@ -191,9 +191,9 @@ class _Plan:
         return [*pieces[first:], self._away(last, pieces[-1])]
 
     def _away(self, last: LaneSpan, piece: Piece) -> Piece:
-        """Return the arc lengths of vehicles that arrived on a lane, beyond its last piece.
+        """Return the piece beyond the last one, where vehicles arrive.
 
-        In a place nobody arrives beyond its line, where others could touch those who do.
+        If the last piece is a place, vehicles arrive at its stop line, where no other vehicle can touch them.
         """
         at_m = piece.at_m if piece.place is not None else last.length_m
         place = QueuePlace(f"away {last.lane_id}", AWAY_M, self._needs(last), away=True)
@@ -236,7 +236,7 @@ class _Plan:
         )
 
     def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
-        """Return the reason why a loop cannot work as queues, or None."""
+        """Return the reason why a loop cannot be cut into queues, or None."""
         least_m = least_change_m(kind.needed_m)
         for span in loop.roads:
             if span.lane_in != span.lane and span.length_m < least_m:
@@ -284,14 +284,14 @@ def _ahead_m(loop: Loop, here: Piece, piece: Piece) -> float:
 
 
 def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[Turn | Target]:
-    """Yield the data of the way between two places for `find_guides`."""
+    """Yield the movements and lanes between two places, for `find_guides`."""
     for piece in between:
         passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
             yield Turn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
             yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
-    # Who arrives is never past its last lane: what leads to that has done its work where the lane begins.
+    # A vehicle that arrives stays on its last lane, so guides to that lane end where the lane begins.
     on_lane_m = after.at_m if after.place and after.place.away else 0.0
     yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
 
@@ -320,7 +320,7 @@ class _Legs:
                 elif piece.passage is not None:
                     crossings.append(self._over_stretch(piece.passage, ahead))
             course = list(_course(loop, here, between, after))
-            # A stop too many does no harm: it lies on the loop's own lane.
+            # An unnecessary stop does no harm: it lies on the loop's own lane.
             guides = max((find_guides(self._network, course, vclass) for vclass in classes), key=_number)
             end_m = here.begin_m + here.length_m - HOLD_MARGIN_M
             yield Leg(

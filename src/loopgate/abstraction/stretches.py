@@ -15,19 +15,19 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 LEAST_CAPACITY = 2
-"""A lane that holds fewer joins the crossing it lies in: where every place holds two, one walk along the
-heads of full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
+"""A lane with fewer slots belongs to the crossing in which it lies. Where every place has two slots, one walk
+along full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
 
 _SPARE_M = 2.5
-"""The length of the shortest stretch beyond a vehicle and its gap [m]: one that stands at its end then keeps
-its gap to those that wait before the stretch, and they do not keep it from changing lanes."""
+"""The shortest stretch is this much longer than a vehicle with its gap [m]: a vehicle at its end then keeps
+its gap to the vehicles that wait before the stretch, and can change lanes beside them."""
 
 _ROOMY_M = 15.0
-"""By how much a stretch is longer where the edge has room [m]: a vehicle can change lanes without braking
-hard for the stretch's end."""
+"""A stretch is longer by up to this where the edge has space [m], so that a vehicle can change lanes without
+braking hard for the end of the stretch."""
 
 _NARROW_M = 5.0
-"""Lanes of two edges that lie near each other for longer than a car do not count as merely meeting [m]."""
+"""Lanes of two edges that lie near each other for longer than a car do not merely meet [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,11 +37,11 @@ class Stretch:
     edge: str
     begin_m: float
     end_m: float
-    """`begin_m` and `end_m`: positions on it [m]. 0 and the edge's length where there is no place before or
-    behind."""
+    """`begin_m` and `end_m`: positions on the edge [m]; 0 and the edge's length where there is no place
+    before or after."""
     first_m: float
     last_m: float
-    """`first_m` and `last_m`: where the place before it begins, and the one behind it ends."""
+    """`first_m` and `last_m`: where the place before begins, and where the place after ends [m]."""
 
     def passage(self, lane: int, to_lane: int) -> Passage:
         """Return the passage over the stretch from one lane to another, or along one lane."""
@@ -74,7 +74,7 @@ class Passage:
 
 
 def least_change_m(needed_m: float) -> float:
-    """Return the least length of a stretch for lane changes of vehicles of a given length with gap [m]."""
+    """Return the shortest stretch for lane changes of vehicles that need `needed_m` with their gap [m]."""
     return needed_m + _SPARE_M
 
 
@@ -93,28 +93,29 @@ def lay_stretches(
 ) -> tuple[dict[str, Stretch], Narrow]:
     """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
 
-    A stretch for changing lanes lies in the middle, with a place before and behind. Where the edge is too
-    short for both, the place behind it stays if it fits; else the stretch takes the whole edge, and so does
-    one on a narrow edge. Where even that is too short to change lanes it is for the caller to say so.
+    A stretch for lane changes lies in the middle of its edge, with a place before and a place after. If the
+    edge is too short for both, the place after stays if it fits. Otherwise the stretch takes the whole edge;
+    so does a stretch on a narrow edge. If the whole edge is too short to change lanes, the caller must refuse
+    the loop.
 
-    An edge that has a part long enough for a place is not narrow, however near others come to the rest:
-    whoever is under way before that part or behind it is so on the movement that leads there.
+    An edge with a part long enough for a place is not narrow, however near other lanes come to the rest: a
+    vehicle before or after that part is under way on the movement that leads there.
 
     Parameters
     ----------
     users
         For each vehicle its loop and its type.
     parts
-        Where on their lanes vehicles may wait, if not all along.
+        The parts of lanes on which vehicles may wait, where that is not the whole lane.
     reach_m
-        How near lanes of different edges make a street narrow.
+        Distance below which lanes of different edges make a street narrow [m].
     near
-        The result of `narrow_lanes` for these lanes, and others perhaps, if that is known.
+        The result of `narrow_lanes` for these lanes or more, if known.
 
     Returns
     -------
     tuple
-        Stretches by edge, and which lanes of narrow edges are near each other.
+        The stretches by edge, and the pairs of lanes of narrow edges that are near each other.
     """
     needed: dict[str, float] = {}
     changing: dict[str, None] = {}
@@ -146,7 +147,7 @@ def lay_stretches(
 
 
 def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, Part]) -> Part:
-    """Return where on all lanes of an edge that are used vehicles may wait."""
+    """Return the part in which vehicles may wait on all used lanes of an edge."""
     own = [parts[lane.id] for lane in edge.lanes if lane.id in lanes and lane.id in parts]
     begin_m = max((part.begin_m for part in own), default=0.0)
     return Part(begin_m, min((part.end_m for part in own), default=edge.length_m))
@@ -171,14 +172,14 @@ def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> S
 
 
 Narrow = frozenset[tuple[str, str]]
-"""Pairs of lanes of two edges that are near each other; both ways round."""
+"""Pairs of lanes of two edges that are near each other; each pair in both orders."""
 
 
 def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float = REACH_M) -> Narrow:
     """Find the lanes of different edges that vehicles cannot use side by side.
 
-    Edges that merely meet at a junction, or cross it at a sharp angle, do so for less than a car's length;
-    that does not count. Heights are ignored, as they are in junctions. O(n log n + k), see `lane_contacts`.
+    Edges that meet at a junction, or cross it at a sharp angle, are near each other for less than a car's
+    length, which does not count. Heights are ignored, as in junctions. O(n log n + k), see `lane_contacts`.
     """
     shapes = {lane: network.lanes[lane].shape for lane in lanes}
     if not shapes:
@@ -197,18 +198,17 @@ def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float =
 def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, frozenset[str]]:
     """Find the conflicts among passages: for each the ids of its foes.
 
-    Two passages of an edge conflict if they use a lane together, unless they come from one lane and one of
-    them stays on it: then the second follows the first. Passages of two narrow edges conflict if their lanes
-    are near each other.
+    Two passages of an edge conflict if they use a common lane, unless they come from one lane and one of them
+    stays on it: then the second vehicle follows the first. Passages of two narrow edges conflict if their
+    lanes are near each other.
 
-    Vehicles that make the same change follow each other too. They have slots in one place beyond, in the
-    order in which they come to the stretch, and `Steering` lets each change lanes only behind the one before
-    it. So they come to that place in this order; and the foremost can always go on: nobody else is on the
-    stretch in the lane to which they change, but those who have changed before it, and each of these has a
-    slot beyond to drive into.
+    Vehicles that make the same change follow each other too. They have slots in one place after the stretch,
+    in the order in which they come to the stretch, and `Steering` lets each change lanes only behind the one
+    before. So they come to that place in this order, and the first can always go on: the only other vehicles
+    in the lane to which it changes have changed before it, and each of them has a slot to drive into.
 
-    A foe is in the way until it has left the crossing: one that changes lanes may have to stand, and on a
-    narrow street SUMO does not see oncoming vehicles, so nothing of them may be foreseen.
+    A foe is in the way until it has left the crossing. A vehicle that changes lanes may have to stand, and on
+    a narrow street SUMO does not see oncoming vehicles, so their times cannot be predicted.
     """
     by_id = {passage.id: passage for passage in passages}
     ids: dict[str, set[str]] = {name: set() for name in by_id}

@@ -1,4 +1,4 @@
-"""Finds where vehicles on different ways would touch, from the ground that they sweep."""
+"""Finds where vehicles on different paths would touch, from the ground that their bodies sweep."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from loopgate.cache import Cache
 from loopgate.network.road import RoadNetwork
 
 SIDE_M = 0.2
-"""Room that a body keeps on either side [m]: two bodies are kept apart by twice that."""
+"""Margin on either side of a body [m]: two bodies keep twice this distance."""
 
 END_M = 0.25
-"""Room before and behind a body [m]: bodies are looked at every so often along their way."""
+"""Margin before and behind a body [m], since bodies are checked at intervals along their path."""
 
 _EVERY_M = 1.0
-"""How far apart the fronts are at which bodies are looked at [m]; half of it near the ends of lanes."""
+"""Distance between fronts at which bodies are checked [m]; half of it near the ends of lanes."""
 
 BETWEEN_M = _EVERY_M / 4
-"""Half of what lies between two fronts that are looked at near the ends of lanes [m]."""
+"""Half of the distance between checked fronts near the ends of lanes [m]."""
 
 _ENDS_M = 15.0
-"""So far from its ends a lane is looked at more closely [m]."""
+"""Near the ends of a lane, up to this distance, bodies are checked at the shorter interval [m]."""
 
 _FOLLOWS_M = 4.0
-"""A vehicle this near behind another, along the way, follows it, and keeps its gap by itself [m]."""
+"""A vehicle this near behind another on one path follows it, and keeps its own gap [m]."""
 
 _JUST_LEFT_M = 12.0
-"""Up to here behind the end of a lane, SUMO keeps those apart that leave it one after the other [m].
+"""SUMO keeps two vehicles apart that leave a lane one after the other, up to this distance behind its end
+[m].
 
-Only as long as both are inside the junction, however short a way through it is, and only where there is
-right of way: SUMO works out where ways out of one lane part together with the request matrix.
-"""
+This holds only while both are inside the junction, and only where there is right of way: SUMO computes where
+two movements from one lane part together with the request matrix."""
 
 
 @dataclass(frozen=True)
 class Touches:
-    """All touches as columns: numbers of the paths, positions of the fronts [m], lengths [m].
+    """All touches as columns: indices of the paths, positions of the fronts [m], lengths of the vehicles [m].
 
-    Where a body is touched is a position on the lane of its front too, below 0 on the lanes before it. Each
-    touch is listed once; bodies that merely follow one another are not.
+    The touched point of a body is also a position on the lane of its front, negative on the lanes before.
+    Each touch is listed once. Bodies that only follow one another do not touch.
     """
 
     paths: tuple[SweptPath, ...]
@@ -61,10 +61,11 @@ class Touches:
 
 
 class _Rows(NamedTuple):
-    """Bodies or parts of them.
+    """Bodies, or parts of bodies, as columns.
 
-    Where the front of the whole and the centre of the part are on the front's lane, length of the whole; then
-    of the part centre, direction, half of length and width, height.
+    `at_m`, `middle_m`: positions of the whole body's front and of the part's centre on the front's lane [m].
+    `length_m`: length of the whole body [m]. The other columns describe the part: centre, direction, half of
+    its length and width, and height [m].
     """
 
     at_m: Floats
@@ -80,19 +81,18 @@ class _Rows(NamedTuple):
 
 
 _Laid = dict[tuple[SweptPath, tuple[tuple[float, bool], ...], float], _Rows]
-"""Bodies by path, lengths that are looked at, and width."""
+"""Bodies by path, checked lengths, and width."""
 
 
 def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
-    """Find all positions of two vehicles at which their bodies touch, unless one follows the other.
+    """Find all pairs of positions at which the bodies of two vehicles touch, unless one follows the other.
 
-    A body is a rectangle from its front back to where its rear is on its way, as SUMO draws it, a little
-    wider and longer; one that is jointed is a rectangle for each lane it lies on. Bodies on one lane, or on
-    lanes of one edge, are SUMO's own affair, and so are those
-    that follow each other closely along one way, or leave one lane one after the other. Where the network
-    has heights, a bridge does not touch the road below.
+    A body is a rectangle from its front to its rear on its path, as SUMO draws it, with a margin. A jointed
+    body is one rectangle for each lane on which it lies. Left out are bodies on one lane or on lanes of one
+    edge, bodies that follow each other closely on one path, and bodies that leave one lane one after the
+    other: SUMO keeps these apart. Where the network has heights, a bridge does not touch the road below.
 
-    O(n log n + k) for n bodies, one each metre of all paths, and k pairs of near ones.
+    O(n log n + k) for n bodies, one for each metre of all paths, and k pairs of near bodies.
     """
     none, zero = np.zeros(0, dtype=np.int64), np.zeros(0)
     if not paths:
@@ -110,17 +110,17 @@ def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
 
 
 _MOST_KEPT = 4_000_000
-"""More overlaps are not kept, for the sake of memory."""
+"""More overlaps than this are not kept, to save memory."""
 
 _LAST: Cache[list[tuple[_Laid, Overlaps]]] = Cache(2)
-"""By the content of a network what was laid there last, in a list of one or none."""
+"""For each network, the bodies and overlaps of the last call, in a list with at most one item."""
 
 
 def _overlaps(network: RoadNetwork, paths: SweptPaths, ways: _Ways) -> tuple[_Laid, Overlaps]:
-    """Return the bodies of each path, and which of all bodies overlap.
+    """Return the bodies of each path, and the pairs of all bodies that overlap.
 
-    Where most paths were looked at the last time, only the others are compared with all: an owner's
-    vehicles come to drive another loop, or need a way round something, one after the other.
+    If most paths were checked in the last call, only the other paths are compared with all. This is so when
+    vehicles of an owner's simulation join one after the other.
     """
     kept: list[tuple[_Laid, Overlaps]] = _LAST.get(network.content, list) if network.content else []
     before, known = (*kept, ({}, None))[0]
@@ -135,7 +135,7 @@ def _overlaps(network: RoadNetwork, paths: SweptPaths, ways: _Ways) -> tuple[_La
 
 
 def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
-    """Return where about the first bodies of pairs are touched, as positions on the lanes of their fronts."""
+    """Return where the first bodies of pairs are touched, as positions on the lanes of their fronts [m]."""
     x, y = body.x[other] - body.x[one], body.y[other] - body.y[one]
     along = x * body.ahead_x[one] + y * body.ahead_y[one]
     half = body.half_m[one] - END_M
@@ -143,7 +143,7 @@ def _touched(body: _Rows, one: Ints, other: Ints) -> Floats:
 
 
 def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
-    """Return the bodies of a path, one for each front and each length."""
+    """Return the bodies of a path, one for each front position and each length."""
     lane = network.lanes[path.lane]
     xy, arc, height, begins = drawn(network, path)
     fronts = _fronts(lane.length_m)
@@ -183,9 +183,9 @@ def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
 
 
 def _parts(front: Floats, rear: Floats, joints: Sequence[float]) -> Iterator[tuple[Floats, Floats]]:
-    """Yield where parts of bodies begin and end, the first first; some bodies have fewer parts.
+    """Yield where parts of bodies begin and end, from the front; some bodies have fewer parts.
 
-    `joints` are where lanes begin, from the front's backwards: there SUMO bends what is jointed.
+    `joints`: where lanes begin, from the front's lane backwards; there SUMO bends a jointed vehicle.
     """
     ahead = front
     for joint in joints:
@@ -197,7 +197,7 @@ def _parts(front: Floats, rear: Floats, joints: Sequence[float]) -> Iterator[tup
 
 
 def _fronts(length_m: float) -> Floats:
-    """Return positions on a lane [m], closer together near its ends."""
+    """Return positions on a lane [m], at shorter intervals near its ends."""
     finely = np.linspace(0.0, length_m, max(2, math.ceil(2 * length_m / _EVERY_M) + 1))
     middle = (finely > _ENDS_M) & (finely < length_m - _ENDS_M)
     middle[::2] = False
@@ -205,7 +205,7 @@ def _fronts(length_m: float) -> Floats:
 
 
 class _Ways:
-    """How paths hang together: which vehicles follow each other on them."""
+    """Which vehicles follow each other, from the lanes that paths have in common."""
 
     def __init__(self, network: RoadNetwork, paths: SweptPaths) -> None:
         self._network, self._paths = network, tuple(paths)
@@ -217,7 +217,8 @@ class _Ways:
         self.lane = np.array([lanes[c.lane] for c in paths], dtype=np.int64)
         self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in paths], dtype=np.int64)
         self._leads: dict[str, dict[str, float]] = {}
-        """By lane: how far behind its beginning those lanes ahead begin to which everybody on it goes [m]."""
+        """For each lane, the lanes ahead that every vehicle on it reaches, and how far ahead each begins [m].
+        """
         for path in paths:
             ahead_m = 0.0
             for lane in path.before:
@@ -229,7 +230,7 @@ class _Ways:
                 del self._leads[lane][other]
 
     def _elsewhere(self, paths: SweptPaths) -> dict[str, set[str]]:
-        """Return by lane the lanes ahead that some vehicles do not reach."""
+        """Return for each lane the lanes ahead that some vehicles do not reach."""
         found: dict[str, set[str]] = {}
         for path, bodies in paths.items():
             passed = {path.lane, *path.before}
@@ -265,9 +266,9 @@ class _Ways:
         return follows
 
     def _along(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return the offset of the fronts' positions [m], and the length of the common way [m].
+        """Return the offsets of both fronts' positions [m], and the length of the common path [m].
 
-        For paths of which one leads onto the lane of the other.
+        One of the two paths leads onto the lane of the other.
         """
         mine, theirs = self._paths[one], self._paths[other]
         for metres, lane in self._behind(mine):
@@ -285,9 +286,9 @@ class _Ways:
         return math.nan, math.nan, 0.0
 
     def _split(self, one: int, other: int) -> tuple[float, float, float]:
-        """Return the offset of the fronts' positions [m], and where rears leave the common lane.
+        """Return the offsets of both fronts' positions [m], and where rears leave the common lane [m].
 
-        For paths that come from one lane. SUMO lets nobody pass another that has hardly left it.
+        The two paths come from one lane. SUMO lets no vehicle pass another that has just left that lane.
         """
         mine, theirs = self._paths[one], self._paths[other]
         behind = {lane: metres for metres, lane in self._behind(mine)}
@@ -301,7 +302,7 @@ class _Ways:
         return mine_m, theirs_m, self._length_m[lane] + kept_m
 
     def _inside_m(self, path: SweptPath, lane: str) -> float:
-        """Return how far a path leads through the junction behind a lane; infinite if it ends there [m]."""
+        """Return how far a path leads through the junction after a lane [m]; infinite if it ends there."""
         lanes = list(reversed((path.lane, *path.before)))
         lanes = lanes[lanes.index(lane) + 1 :]
         for number, name in enumerate(lanes):
@@ -310,7 +311,7 @@ class _Ways:
         return math.inf
 
     def _common_m(self, path: SweptPath, ahead: Mapping[str, float]) -> float:
-        """Return how much of the lanes behind the front's own lies ahead of another lane too [m]."""
+        """Return the length of the lanes behind the front's own that are also ahead of another lane [m]."""
         metres = 0.0
         for lane in path.before:
             if lane not in ahead:
@@ -319,7 +320,7 @@ class _Ways:
         return metres
 
     def _behind(self, path: SweptPath) -> Iterator[tuple[float, str]]:
-        """Yield the lanes of a path with how far behind the beginning of its own each begins [m]."""
+        """Yield the lanes of a path, and how far each begins behind the beginning of the front's lane [m]."""
         yield 0.0, path.lane
         metres = 0.0
         for lane in path.before:

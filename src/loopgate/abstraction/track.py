@@ -1,4 +1,4 @@
-"""A vehicle's way: its loop in arc length, with what the simulation watches along it."""
+"""The path of one vehicle: its loop in arc length, its states, and its routes in SUMO."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _SAME_M = 0.1
 
 
 class Round(NamedTuple):
-    """An edge, the name of the route that begins with it, and of the one that is that edge alone."""
+    """An edge, the name of the route that begins with it, and the name of the route of that edge alone."""
 
     edge: str
     route: str
@@ -30,31 +30,31 @@ class Round(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """One vehicle on its loop.
+    """The path of one vehicle.
 
     Attributes
     ----------
     vehicle, loop
-        Names.
+        Names of the vehicle and of its loop.
     lap_m
-        Length of the loop [m]; more than anybody drives where there is but one lap.
+        Length of the loop [m]; very long for a route that is driven once.
     start_m
         Arc length of the front at the beginning [m].
     top_speed_mps
         Highest speed limit on the loop [m/s].
     rounds
-        From the edge on which SUMO renews the vehicle's route, and from the edge after it; none where the
-        route is driven once.
+            The edge on which the vehicle's route is renewed, and the edge after it, with their routes; empty
+        if the vehicle drives once.
     edges
         Arc length at which each edge begins [m], ascending, and its name.
     legs
-        Its states by position, as the abstraction has them; none for vehicles under no gate.
+        The states in driving order, as the abstraction draws them; empty without a gate.
     start_position
-        Position of the state it starts in.
+        Index of the state in which the vehicle starts.
     keeps_lane
-        Whether it changes lanes only where a guide says so.
+        Whether the vehicle changes lanes only where a guide says so.
     renews
-        Whether its route is to be renewed by the drive, since the simulator does not do so by itself.
+        Whether loopgate renews the route, because SUMO does not.
     """
 
     vehicle: str
@@ -71,7 +71,7 @@ class Track:
 
     @property
     def front_m(self) -> float:
-        """Where the front is at the beginning, in arc length of the lap in which its first leg lies [m]."""
+        """The arc length of the front at the beginning, in the lap of its first leg [m]."""
         front_m = self.start_m
         if self.legs:
             leg = self.legs[self.start_position]
@@ -83,23 +83,23 @@ class Track:
 
     @property
     def rerouted_on(self) -> str:
-        """The edge on which SUMO renews the vehicle's route; empty where it is driven once."""
+        """The edge on which the vehicle's route is renewed; empty if it drives once."""
         return self.rounds[0].edge if self.rounds else ""
 
     def near(self, edge: str, position_m: float, arc_m: float) -> float:
-        """Return the arc length of a position on an edge, of all laps that nearest to another arc [m]."""
+        """Return the arc length of a position on an edge, in the lap that is nearest to `arc_m` [m]."""
         arcs = [begin + position_m for begin, name in self.edges if name == edge]
         return min(
             (a + round((arc_m - a) / self.lap_m) * self.lap_m for a in arcs), key=lambda a: abs(a - arc_m)
         )
 
     def ahead(self, edge: str, position_m: float, arc_m: float) -> float:
-        """Return the first arc length of a position on an edge that is not before another arc [m]."""
+        """Return the first arc length of a position on an edge at or after `arc_m` [m]."""
         arcs = (begin + position_m for begin, name in self.edges if name == edge)
         return min((arc_m + (a - arc_m) % self.lap_m for a in arcs), default=math.inf)
 
     def onward(self, edge: int) -> tuple[str, ...]:
-        """Return the edges from one on, by number: to the end, or to the renewal two rounds later."""
+        """Return the edges from index `edge` on: to the end, or to the route's renewal two rounds later."""
         names = tuple(name for _, name in self.edges)
         if not self.rounds:
             return names[edge:]
@@ -113,9 +113,9 @@ class Track:
 
 
 def continues(leg: Leg, other: Leg) -> bool:
-    """Return whether a vehicle in the place of a leg can go on by a way on which another leg is its place.
+    """Return whether a vehicle on one leg can change to another path at `other`.
 
-    It is the same place, with the same stop line.
+    Both legs must be the same place with the same stop line.
     """
     line, there = leg.line, other.line
     same = (line.edge, line.lane) == (there.edge, there.lane)
@@ -125,16 +125,16 @@ def continues(leg: Leg, other: Leg) -> bool:
 def make_track(
     network: RoadNetwork, way: Itinerary, *, vehicle: str = "", front_m: float = 0.0, position: int = 0
 ) -> Track:
-    """Return the track of a vehicle.
+    """Return the path of a vehicle.
 
     Parameters
     ----------
     way
-        Its loop, and its states there.
+        Its loop, and the states on it.
     front_m
         Arc length of its front at the beginning [m].
     position
-        The position on the way in which it starts.
+        Index of the state in which it starts.
     """
     loop = way.loop
     return Track(
@@ -152,7 +152,7 @@ def make_track(
 
 
 def rounds(loop: Loop) -> tuple[Round, Round]:
-    """Return the two rounds from the pivot, and what is left of them from the edge after it."""
+    """Return the edge where a loop's route is renewed and the edge after it, each with its routes."""
     here = pivot(loop)
     following = loop.edges[(here + 1) % len(loop.edges)]
     return (
@@ -162,7 +162,7 @@ def rounds(loop: Loop) -> tuple[Round, Round]:
 
 
 def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
-    """Return the edges of the routes of `rounds`, by name."""
+    """Return the edges of the routes that `rounds` names."""
     here = pivot(loop)
     once = loop.edges[here:] + loop.edges[:here]
     first, second = rounds(loop)
@@ -175,14 +175,14 @@ def round_routes(loop: Loop) -> dict[str, tuple[str, ...]]:
 
 
 def pivot(loop: Loop) -> int:
-    """Return the number of the edge where a loop's route is renewed: one that it passes only once.
+    """Return the index of the edge where a loop's route is renewed; the loop passes this edge once.
 
-    If there is a choice nobody stops there: SUMO puts a stop off for a round that lies just ahead then.
+    An edge without stops is preferred: SUMO would put off a stop just ahead by one round.
 
     Raises
     ------
     RouteError
-        If there is none.
+        If the loop passes every edge more than once.
     """
     times = Counter(loop.edges)
     once = [number for number, edge in enumerate(loop.edges) if times[edge] == 1]
@@ -193,5 +193,5 @@ def pivot(loop: Loop) -> int:
 
 
 def rounds_from(loop: Loop, edge: int) -> tuple[str, ...]:
-    """Return the edges of the route of who begins on an edge, by number: to the pivot, two rounds later."""
+    """Return the edges of a route that starts on edge `edge` and ends at the pivot two rounds later."""
     return loop.edges[edge:] + loop.edges * 2 + loop.edges[: pivot(loop) + 1]

@@ -1,4 +1,4 @@
-"""Gates that keep track of moves themselves, for gates that need only the configuration."""
+"""Base class of gates that need only the present configuration and follow the moves themselves."""
 
 from abc import ABC, abstractmethod
 
@@ -9,10 +9,10 @@ _DECIDING = ("decide", "decide_here")
 
 
 class Follower(ABC):
-    """A gate that decides by where robots stand, and by nothing else; see `FollowingGate`.
+    """A gate that decides by the positions of robots only; see `FollowingGate`.
 
-    Classes say for themselves that they follow. One that somebody derives from them does not unless it says
-    so too: what it decides and keeps in mind may need configurations as they were.
+    A class declares that it follows with ``follows=True``. A class derived from it does not follow unless it
+    declares so too: its decisions may depend on past configurations.
     """
 
     follows = False
@@ -33,7 +33,7 @@ class Follower(ABC):
         del configuration, robot
 
     def _trial(self, configuration: Placement) -> MutableConfiguration:
-        """Return a context in which a move is made and taken back."""
+        """Return a configuration in which a move can be made and undone."""
         return self._here if configuration is self._here else MutableConfiguration(configuration)
 
     def decide_here(self, robot: int) -> Decision:
@@ -41,12 +41,12 @@ class Follower(ABC):
         return self.decide(self._here, robot)
 
     def moved_here(self, robot: int) -> None:
-        """Take note that `robot` has made an admitted move."""
+        """Record that `robot` has made an admitted move."""
         self._system.make(self._here, robot)
 
 
 def following(gate: Gate) -> FollowingGate | None:
-    """Return the gate if it follows the moves itself, None if it is to be told configurations."""
+    """Return the gate if it follows the moves itself; None if it needs to be given configurations."""
     if isinstance(gate, Follower):
         return gate if gate.follows else None
     return gate if isinstance(gate, FollowingGate) and not _decides_anew(gate) else None

@@ -1,11 +1,11 @@
 """Risky and safe walks (Zhou et al. 2020, Def. 7 and 8), extended to states that hold several robots.
 
-A *full* state is one no further robot fits into. A state of capacity 1 that a robot stands in is an occupied
-collision state; what its robot must do before another can enter is to leave it. A state of larger
-capacity that has room is as good as a private state. One that is full is an occupied collision state, and its
-robot is the head of its queue; if it is not FIFO, any of its robots may leave first. But where a chain of
-such full states leads to one with room, or to a private state, all of them can get room by moves that block
-nobody, so they count as having room.
+A *full* state has no free slot. A state of capacity 1 with a robot in it is an occupied collision state: its
+robot must leave before another robot can enter. A state of larger capacity with a free slot is as good as a
+private state. Without a free slot it is an occupied collision state whose robot is the head of its queue; if
+it is not FIFO, any of its robots may leave first. But if a chain of such full states leads to a state with a
+free slot, or to a private state, all states of the chain can get a free slot by moves that block no robot. So
+they count as having one.
 """
 
 from collections.abc import Iterator
@@ -47,15 +47,15 @@ class Walk:
 
 
 def default_lookahead(system: System) -> int:
-    """Return how many states a robot looks ahead: ``N - 2`` from where it stands (Alg. 1, step 1).
+    """Return how many states a robot looks ahead: ``N - 2`` from its position (Alg. 1, step 1).
 
-    At least one, so that two robots that block each other are seen where Prop. 1 does not hold.
+    It is at least one, so that two robots that block each other are found where Prop. 1 does not hold.
     """
     return max(1, len(system.robots) - 2)
 
 
 def steps_ahead(system: System, robot: int, position: int, most: int) -> Iterator[int]:
-    """Yield the positions `robot` comes to after `position`, `most` of them or up to the path's end."""
+    """Yield the next positions of `robot` after `position`: `most` of them, or up to the path's end."""
     following = system.following[robot]
     for _ in range(most):
         position = following[position]
@@ -67,8 +67,9 @@ def steps_ahead(system: System, robot: int, position: int, most: int) -> Iterato
 class Holders:
     """The states that are blocked in a configuration, and the robots that block them; computed on demand.
 
-    A state of capacity 1 blocks iff a robot stands in it. A larger one blocks iff it is full and no chain of
-    moves out of full states of capacity above 1 leads to a private state or to one with room.
+    A state of capacity 1 is blocked if and only if a robot is in it. A larger state is blocked if and only if
+    it is full, and no chain of moves out of full states of capacity above 1 leads to a private state or a
+    state with a free slot.
     """
 
     def __init__(self, system: System, configuration: Configuration) -> None:
@@ -78,7 +79,7 @@ class Holders:
 
     @cached_property
     def _standing(self) -> dict[int, int]:
-        """The robot in each occupied state; in a state of larger capacity any of its robots."""
+        """The robot in each occupied state; one of them in a state of larger capacity."""
         paths = zip(self._system.paths, self._here.positions, strict=True)
         return {path[p]: robot for robot, (path, p) in enumerate(paths)}
 
@@ -134,14 +135,14 @@ def risky_walks(
 ) -> tuple[Walk, ...]:
     """Return the risky walks of `robot`, shortest first (Def. 8; Alg. 1, step 1).
 
-    A risky walk runs through collision states only and ends in one that another robot holds. A robot in a
-    private state, or behind others in a FIFO state, has none. Where a held state comes several times, the
+    A risky walk runs through collision states only and ends in a state that another robot holds. A robot in a
+    private state, or behind others in a FIFO state, has none. If a held state comes several times, the
     nearest counts (Section 6).
 
     Parameters
     ----------
     system, configuration, robot
-        Where everyone stands, and whose walks to return.
+        The system, the positions of all robots, and the robot of the walks.
     held
         `Holders` of the configuration, if the caller has them.
     lookahead
@@ -169,9 +170,10 @@ def risky_walks(
 
 
 def safe_walk(system: System, configuration: Placement, robot: int) -> Walk | None:
-    """Return the safe walk of `robot`, or None (Def. 8): every state has room up to its next private state.
+    """Return the safe walk of `robot`, or None (Def. 8).
 
-    The terminal state of an open path counts as private if no other robot will come to it. O(path length).
+    In a safe walk every state up to the robot's next private state has a free slot. The terminal state of an
+    open path counts as private if no other robot will come to it. O(path length).
     """
     states = [system.state_at(configuration, robot)]
     path = system.paths[robot]

@@ -9,10 +9,10 @@ from loopgate.network.records import Connection, Lane
 from loopgate.network.road import RoadNetwork
 
 Cost = tuple[int, float]
-"""Lanes changed, then how hurried the changes are (lanes per metre of edge)."""
+"""Number of lane changes, then how hurried they are (lanes changed per metre of edge)."""
 
 TWO_WAY_LANES = 1000
-"""A lane on which others come the opposite way counts as so many changes of lanes: see `make_loop`."""
+"""A lane shared with the opposite direction counts as this many lane changes: see `make_loop`."""
 
 FREE: Cost = (0, 0.0)
 
@@ -94,7 +94,7 @@ def make_loop(
 
 
 def _wanted(layers: Sequence[Layer], edges: Sequence[str], on_lanes: Mapping[str, int]) -> list[Layer]:
-    """Return the choices by which edges are passed on their wanted lanes, or else entered or left on them."""
+    """Return the choices that pass edges on their wanted lanes, or at least enter or leave on them."""
     found: list[Layer] = []
     for edge, layer in zip(edges, layers, strict=True):
         lane = on_lanes.get(edge)
@@ -104,7 +104,7 @@ def _wanted(layers: Sequence[Layer], edges: Sequence[str], on_lanes: Mapping[str
 
 
 def _left_on(layers: Sequence[Layer], edges: Sequence[str], lanes: Mapping[str, int]) -> list[Layer]:
-    """Return the choices by which edges are left on these lanes, where that is possible."""
+    """Return the choices that leave edges on these lanes, where that is possible."""
     found: list[Layer] = []
     for edge, layer in zip(edges, layers, strict=True):
         kept = {
@@ -126,9 +126,9 @@ def _choices(layer: Layer, lane: int, *, whole: bool) -> Layer:
 
 
 def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step]]] | None:
-    """Return the best way round, and for each edge the steps of every way that changes as few lanes.
+    """Return the best closed sequence of steps, and for each edge the steps of all that are as good.
 
-    None if none closes. O(edges * lanes^4).
+    None if no sequence closes. O(edges * lanes^4).
     """
     rounds = {first: find_costs(layers, (first,)) for first in layers[0]}
     totals = {first: costs[0][first] for first, costs in rounds.items() if first in costs[0]}
@@ -145,7 +145,7 @@ def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step
 
 
 def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[list[Step]]:
-    """Return for each edge the steps of all ways from lane `first` that change the fewest lanes."""
+    """Return for each edge the steps of all sequences from lane `first` with the fewest lane changes."""
     reached, found = {first}, []
     for layer, here, ahead in zip(layers, costs, costs[1:], strict=False):
         steps = [
@@ -160,7 +160,7 @@ def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first:
 
 
 def check_route(network: RoadNetwork, edges: Sequence[str], *, vclass: str, what: str, closed: bool) -> None:
-    """Check that a vehicle class can drive over some edges in order, and round if `closed`.
+    """Check that a vehicle class can drive some edges in order, and round again if `closed`.
 
     Raises `RouteError` if it cannot; the text begins with `what`.
     """
@@ -202,7 +202,7 @@ def _check_pair(
 
 
 def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, closed: bool) -> list[Layer]:
-    """Return the possible steps on each edge; if not `closed`, the last edge leads nowhere."""
+    """Return the possible steps on each edge; unless `closed`, the last edge has no next edge."""
     layers: list[Layer] = []
     for number, edge in enumerate(edges):
         lanes = network.edges[edge].lanes
@@ -225,7 +225,7 @@ def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, clos
 
 
 def _arrives(lane: Lane) -> Step:
-    """Return how the last edge of a route is passed on a lane: to nowhere."""
+    """Return the step over the last edge of an open route, on one lane."""
     return Step(lane.index, Connection(lane.edge, lane.index, "", lane.index, (), "", "", -1, None))
 
 
@@ -236,7 +236,7 @@ def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:
 
 
 def _made(network: RoadNetwork, connections: Sequence[Connection]) -> list[Connection]:
-    """Return the movements that SUMO makes: from a lane to a shared one only if it leads to no other."""
+    """Return the movements that SUMO makes: onto a shared lane only if its lane leads to no other lane."""
 
     def shared(c: Connection) -> bool:
         return network.edges[c.to_edge].lanes[c.to_lane].two_way

@@ -1,4 +1,4 @@
-"""A way of lanes, closed or driven once, and the map between arc length and lane position."""
+"""A route over lanes, closed or driven once, and its map between arc length and lane position."""
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ HOLD_MARGIN_M = 0.1
 """Distance before the end of a lane at which a vehicle can be held [m]: SUMO's own tolerance for stops."""
 
 AWAY_M = 1000.0
-"""Arc length behind the end of a route that is driven once [m]: room for the state of those who are gone."""
+"""Arc length added beyond a route that is driven once, for the state of vehicles that have arrived [m]."""
 
 _SHORTEST_HOLD_LANE_M = 0.5
 _ROUNDING_M = 1e-6
@@ -113,7 +113,7 @@ class Loop:
     _ends: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
     def __hash__(self) -> int:
-        """Return the hash of its name: loops are keys of many tables, and have hundreds of spans."""
+        """Return the hash of the name: loops are keys of many tables, and have hundreds of spans."""
         return hash(self.id)
 
     def __post_init__(self) -> None:
@@ -201,7 +201,7 @@ class Loop:
         return min(bisect_right(self._ends, arc_m % self.lap_m), len(self.spans) - 1)
 
     def _hold_range(self, number: int, lap_m: float) -> tuple[float, float]:
-        """Return first and last place to hold on a span, counted over the loop's ends; first > last: none."""
+        """Return the first and last hold position on a span, numbered over all laps; first > last if none."""
         laps, index = divmod(number, len(self.spans))
         span = self.spans[index]
         offset = lap_m + laps * self.length_m

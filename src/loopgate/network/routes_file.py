@@ -39,10 +39,10 @@ _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
 
 _CARRIED = ("color", "line", "personNumber", "containerNumber")
-"""Attributes of vehicles that SUMO is told as they are."""
+"""Attributes of vehicles that SUMO gets unchanged."""
 
 _CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
-"""The same, of those who drive once."""
+"""Further such attributes, for vehicles that drive once."""
 
 
 def read_loops(
@@ -164,10 +164,10 @@ class _Route:
     stops: tuple[Stop, ...]
     cycle_s: float
     again: bool
-    """Whether it is driven round and round."""
+    """Whether vehicles drive it round and round."""
 
     def loop(self, network: RoadNetwork, choices: RouteChoices, vclass: str, stops: Sequence[Stop]) -> Loop:
-        """Return it over lanes that a class of vehicles may use and from which all its stops are reached."""
+        """Return the route over lanes that a vehicle class may use and that reach all stops."""
         source = str(self.source)
         if not self.again:
             return choices.make(self.id, self.edges, vclass=vclass, source=source)
@@ -178,7 +178,7 @@ class _Route:
 
 @dataclass(frozen=True, slots=True)
 class _RouteChoice:
-    """A route that a vehicle is drawn to, with its share, and its first type and all its stops on it."""
+    """A route that a vehicle may be drawn for: its share, the first fitting type, and all stops on it."""
 
     route: str
     share: float
@@ -189,7 +189,7 @@ class _RouteChoice:
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """A vehicle or flow whose loops are not made yet."""
+    """A vehicle or flow of the file, before its loops are made."""
 
     element: ET.Element
     depart_s: float
@@ -198,7 +198,7 @@ class _Asked:
     ways: tuple[_RouteChoice, ...]
 
     def on_loops(self, loops: Mapping[str, Loop], path: Path) -> VehicleDemand:
-        """Return it with where it departs and where it stops."""
+        """Return the vehicle with its departure position and its stops."""
         ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
         first = ways[0][0]
         return replace(
@@ -238,13 +238,13 @@ class _Found:
     places: Mapping[str, StoppingPlace]
     once: bool
     led: LedVehicle = field(default_factory=dict)
-    """The ways of trips: to be known before vehicles are collected."""
+    """The edges of trips, found before vehicles are collected."""
     routes: dict[str, _Route] = field(default_factory=dict)
-    """By name."""
+    """The routes, by name."""
     types: dict[str, VehicleType] = field(default_factory=dict)
     drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
-    """`drawn_routes` and `drawn_types`: what distributions draw from, with shares, by name."""
+    """`drawn_routes` and `drawn_types`: the parts of each distribution with their shares, by name."""
     _asked: list[_Asked] = field(default_factory=list)
     _wrong: list[str] = field(default_factory=list)
 
@@ -270,7 +270,7 @@ class _Found:
                 self.drawn_types[name] = tuple(drawn)
 
     def collect_routes(self, source: Path, top: ET.Element) -> None:
-        """Take note of routes that stand for themselves."""
+        """Collect the routes that are not inside a vehicle."""
         for number, element in enumerate(top.findall("route")):
             self._add(source, element, element.get("id") or f"route{number}")
         for spread in top.findall("routeDistribution"):
@@ -278,7 +278,7 @@ class _Found:
             self.drawn_routes[name] = self._add_spread(source, spread, name)
 
     def _add(self, source: Path, element: ET.Element, name: str) -> None:
-        """Take note of a route; raise `RouteError` if its name is taken or it has no edges."""
+        """Add a route; raise `RouteError` if its name is taken or it has no edges."""
         if name in self.routes:
             other = self.routes[name].source
             msg = f"{source}: route {name}: the id is used twice (also in {other}); rename one"
@@ -294,7 +294,7 @@ class _Found:
         self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
 
     def _add_spread(self, source: Path, spread: ET.Element, name: str) -> tuple[tuple[str, float], ...]:
-        """Take note of the routes of a distribution; return their names and shares."""
+        """Add the routes of a distribution; return their names and shares."""
         what = f"{source}: routeDistribution {name}"
         drawn: list[tuple[str, float]] = []
         own = 0
@@ -316,7 +316,7 @@ class _Found:
         return read_stops(self.network, stops, self.places, what=what, cycle_s=cycle_s, since_depart=since)
 
     def collect_vehicles(self, source: Path, top: ET.Element) -> None:
-        """Take note of vehicles and flows, and of routes inside them."""
+        """Collect vehicles and flows, and the routes inside them."""
         for element in (one for one in top if one.tag in FLEET):
             try:
                 self._asked.append(self._vehicle(source, element))
@@ -324,7 +324,7 @@ class _Found:
                 self._wrong.append(str(error))
 
     def refuse_wrong(self) -> None:
-        """Raise `RouteError` if vehicles make no sense, or no gate can drive them: all in one message."""
+        """Raise one `RouteError` about all vehicles that are invalid or that no gate can drive."""
         if self._wrong:
             raise RouteError("; ".join(self._wrong))
 
@@ -346,7 +346,7 @@ class _Found:
         return _Asked(element, at_s, flow, types, tuple(ways))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
-        """Yield the routes of a vehicle: names, shares, and the classes that they are for, if not for all."""
+        """Yield the routes of a vehicle: name, share, and the vehicle class that it is for ("" for all)."""
         name, on = element.get("id", ""), element.get("route", "")
         inner, spread = element.find("route"), element.find("routeDistribution")
         if inner is not None:
@@ -371,9 +371,9 @@ class _Found:
             raise RouteError(msg)
 
     def _kinds(self, what: str, name: str) -> tuple[tuple[VehicleType, float], ...]:
-        """Return the types from which that of a vehicle is drawn, with shares: mostly one.
+        """Return the types that a vehicle may be drawn for, with shares; mostly there is one.
 
-        Where a file describes SUMO's own default type, that counts.
+        If a file defines a type with the name of SUMO's default type, that type is used.
         """
         if name in self.drawn_types:
             return self.drawn_types[name]
@@ -384,7 +384,7 @@ class _Found:
         raise RouteError(msg)
 
     def make_loops(self) -> list[Loop]:
-        """Return the loop of each route, for its first vehicle's class and with the stops of them all."""
+        """Return the loop of each route, for its first vehicle's class and with all vehicles' stops."""
         kinds: dict[str, VehicleType] = {}
         stops: dict[str, list[Stop]] = {}
         for way in (way for vehicle in self._asked for way in vehicle.ways):
@@ -399,7 +399,7 @@ class _Found:
     def on_loops(
         self, loops: Mapping[str, Loop], path: Path
     ) -> tuple[tuple[VehicleDemand, ...], dict[str, tuple[Stop, ...]]]:
-        """Return the vehicles on loops by name, and the stops of each loop."""
+        """Return the vehicles with their loops, and the stops of each loop."""
         vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
         stopping = (route for route in self.routes.values() if route.stops)
         return vehicles, {
@@ -409,7 +409,7 @@ class _Found:
 
 
 def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
-    """Return the arc length of a position on an edge by number, or None if it is no number."""
+    """Return the arc length of a departure position; None if the position is no number."""
     try:
         position_m = float(position)
     except ValueError:

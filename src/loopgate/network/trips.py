@@ -1,4 +1,4 @@
-"""Vehicles that drive a route once, and trips, whose routes SUMO's own router finds before a run."""
+"""Vehicles that drive once, and trips, whose routes SUMO's router finds before a run."""
 
 import importlib.util
 import os
@@ -31,30 +31,31 @@ _ENDS = (
     "toLonLat",
 )
 MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
-"""Attributes that say where a trip leads in between."""
+"""Attributes with points that a trip must pass."""
 
 LedVehicle = Mapping[str, Mapping[str, str]]
-"""Edges by trip, and by class of vehicles; none where there is no way."""
+"""The edges of each trip, by name and vehicle class; empty if there is no route."""
 
 _CAR = "passenger"
 
 _DISTURBED = 2.0
-"""Other ways are the quickest where edges take up to so many times as long as they do, by chance."""
+"""Alternative routes are the quickest ones when travel times are multiplied by random factors up to this."""
 
 _ATTEMPTS = 4
-"""So often other ways are looked for: most that are worth it are found by then."""
+"""Number of searches for alternative routes; more searches find few that are worth it."""
 
 _NO_REASONS = ("Quitting", "Loading", "Success", "Warning")
-"""Beginnings of lines that the router says and that explain no refusal."""
+"""Lines of the router that begin so explain no refusal."""
 
 _LONGEST_S = 600.0
-"""A network on which trips take longer than this to lead is none that SUMO's router can work with [s]."""
+"""If SUMO's router takes longer than this for the trips of a network, it is stopped [s]."""
 _AS_CLASS = re.compile(r"@[a-z_0-9]+'")
-"""The end of a name in the router's words that only we gave: each trip is led once for each vehicle class."""
+"""The end of a name in the router's messages that loopgate added: each trip is routed once per vehicle class.
+"""
 
 
 def _has_way(element: ET.Element) -> bool:
-    """Return whether a vehicle, trip or flow says itself which edges it drives over."""
+    """Return whether a vehicle, trip or flow has a route of its own."""
     inside = any(element.find(tag) is not None for tag in ("route", "routeDistribution"))
     return inside or bool(element.get("route"))
 
@@ -62,7 +63,7 @@ def _has_way(element: ET.Element) -> bool:
 def drives_once(
     network: RoadNetwork, tops: Sequence[tuple[Path, ET.Element]], vehicles: Sequence[tuple[Path, ET.Element]]
 ) -> bool:
-    """Return whether some vehicle drives its route once: the route is open, or must be found."""
+    """Return whether some vehicle drives once: its route is open, or SUMO's router must find it."""
     if not all(_has_way(element) for _, element in vehicles):
         return True
     routes = {route.get("id", ""): route for _, top in tops for route in top.iter("route")}
@@ -102,10 +103,10 @@ def lead_trips(
 ) -> LedVehicle:
     """Return the quickest route, found by SUMO's router, of each element that names only its ends.
 
-    One for all vehicles of a flow. SUMO itself would take the same one, where roads are empty.
+    All vehicles of a flow get one route. SUMO itself would choose the same route on empty roads.
 
-    Raises `RouteError` if an edge is not in the network, or the router does not work; the text says what it
-    said.
+    Raises `RouteError` if an edge is not in the network, or the router fails; the text has the router's
+    message.
 
     Parameters
     ----------
@@ -114,14 +115,14 @@ def lead_trips(
     types
         The vehicle types of these files.
     beside
-        Additional files, with districts for example.
+        Additional files, for example with districts.
     classes
-        Of distributions of types, by name: a type for each class of vehicles in them.
+        For each distribution of types, by name: one type for each vehicle class in it.
 
     Returns
     -------
     LedVehicle
-        The edges of each, by its name, for each class of vehicles from which its type is drawn.
+        The edges of each element, by its name, for each vehicle class that it may have.
     """
     asked = [(source, element) for source, element in elements if not _has_way(element)]
     if not asked:
@@ -168,14 +169,14 @@ def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
 def ways_between(
     network: RoadNetwork, asked: Sequence[tuple[str, str, str]]
 ) -> dict[tuple[str, str, str], list[tuple[str, ...]]]:
-    """Return other ways between two edges, which may be quicker on full roads.
+    """Return alternative routes between two edges, which may be quicker on full roads.
 
-    `asked`: first and last edge, and vehicle class. Raises `RouteError` if SUMO's router does not work.
+    `asked`: first and last edge, and vehicle class. Raises `RouteError` if SUMO's router fails.
 
     Returns
     -------
     dict
-        For each of them edges in driving order; of some there may be one way only, or none.
+        For each of these, routes as edges in driving order; there may be one route only, or none.
     """
     if not asked:
         return {}
@@ -198,7 +199,7 @@ def ways_between(
 
 
 def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: str) -> bool:
-    """Return whether a route gets there: the router writes down ends that nothing connects, too."""
+    """Return whether a route reaches its end: the router also writes routes with unconnected edges."""
     open_to = all(edge in network.edges and network.edges[edge].allows(vclass) for edge in edges)
     follow = open_to and all(network.between(one, other, vclass) for one, other in pairwise(edges))
     return follow and to in {None, edges[-1]}
@@ -208,11 +209,11 @@ def _departs_s(element: ET.Element) -> float:
     try:
         return seconds(element.get("begin" if element.tag == "flow" else "depart", "0"))
     except ValueError:
-        return 0.0  # said by whoever reads when it departs
+        return 0.0  # reading the departure reports the error
 
 
 def _router() -> Path:
-    """Return SUMO's router, as its package has it."""
+    """Return the path of SUMO's router in SUMO's package."""
     spec = importlib.util.find_spec("sumo")
     homes = (spec.submodule_search_locations if spec else None) or ()
     found = next((file for home in homes for file in sorted(Path(home, "bin").glob("duarouter*"))), None)
@@ -223,7 +224,7 @@ def _router() -> Path:
 
 
 def _reasons(said: str, code: int) -> str:
-    """Return all that the router said was wrong; how it ended, if it said nothing."""
+    """Return the router's error messages; without any, how it ended."""
     lines = [line.strip().removeprefix("Error: ") for line in said.splitlines()]
     told = [line for line in lines if line and not line.startswith(_NO_REASONS)]
     how = f"signal {-code}" if code < 0 else f"exit code {code}"

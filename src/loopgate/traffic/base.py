@@ -1,4 +1,4 @@
-"""The protocol of a traffic simulator: the calls that the rest of the program makes."""
+"""The interface of a traffic simulator: the calls that loopgate makes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,10 +23,10 @@ class Collision:
 
 @dataclass(frozen=True, slots=True)
 class Insertion:
-    """How a vehicle is put in: on which route, of which type, on which lane and where on it [m].
+    """How a vehicle is inserted: its route, its type, its lane and the position there [m].
 
-    At rest, or `rolling` as fast as it may there. Besides, attributes as SUMO has them, and parameters by
-    key.
+    It starts at rest, or `rolling`: as fast as allowed there. `attributes`: XML attributes as SUMO names
+    them. `parameters`: by key.
     """
 
     route: str
@@ -56,9 +56,9 @@ class Light(NamedTuple):
     state
         SUMO's letter for each link: ``G`` and ``g`` green, ``y`` yellow, ``r`` red, ``o`` and ``O`` off.
     changes_s
-        When it may change next [s]: certain for a program that is fixed, else the earliest.
+        When it changes next [s]; for a program that is not fixed, the earliest time.
     program, phase
-        Which program it follows and the number of the phase.
+        Name of its program, and index of the phase.
     spent_s
         For how long the phase has lasted [s].
     """
@@ -72,7 +72,7 @@ class Light(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Phase:
-    """A phase of a light: the letters, how long at most [s], and the number of the phase after it."""
+    """A phase of a light: its letters, its longest duration [s], and the index of the phase that follows."""
 
     state: str
     longest_s: float
@@ -88,7 +88,7 @@ class Program:
 
 
 class Whereabouts(NamedTuple):
-    """Vehicles, and of each the lane that its front is on, where on that [m], and its speed [m/s]."""
+    """Vehicles, the lane of each front, the position of the front on it [m], and the speed [m/s]."""
 
     vehicles: Sequence[str] = ()
     lanes: Sequence[str] = ()
@@ -114,32 +114,32 @@ class Traffic(Protocol):
         """Return the vehicles on the road, in a fixed order."""
 
     def departed(self) -> Sequence[str]:
-        """Return the vehicles that were put in in the last step."""
+        """Return the vehicles that were inserted in the last step."""
 
     def arrived(self) -> Sequence[str]:
-        """Return the vehicles that went off the road in the last step, at the ends of their routes."""
+        """Return the vehicles that reached the end of their route in the last step."""
 
     def put_in(self, vehicle: str, how: Insertion) -> None:
         """Insert a vehicle in the next step, if the simulator finds it safe."""
 
     def take_out(self, vehicle: str) -> None:
-        """Undo `put_in`, whether it has departed or not."""
+        """Remove a vehicle that `put_in` has inserted or was to insert."""
 
     def odometer(self, vehicle: str) -> float:
         """Return the distance driven, counted from an origin of the vehicle's own [m]."""
 
     @property
     def gives_way(self) -> bool:
-        """Whether vehicles under the gate keep the simulator's right of way too."""
+        """Whether gated vehicles also obey the simulator's right of way."""
 
     def odometers(self, vehicles: Sequence[str]) -> Floats:
         """Return the odometers [m] of `vehicles`, in their order."""
 
     def whereabouts(self) -> Whereabouts:
-        """Return where all vehicles on the road are, in the order of `vehicles`; read once a step."""
+        """Return the positions of all vehicles, in the order of `vehicles`; read at most once in a step."""
 
     def whereabouts_of(self, vehicles: Sequence[str]) -> Whereabouts:
-        """Return where `vehicles` are now, which the simulator knows."""
+        """Return the positions of `vehicles`, all of which the simulator knows."""
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
@@ -148,22 +148,22 @@ class Traffic(Protocol):
         """Return the speed [m/s]."""
 
     def parks(self, vehicle: str) -> bool:
-        """Return whether the vehicle stands beside the lane that it is on."""
+        """Return whether a vehicle stands beside its lane."""
 
     def position(self, vehicle: str) -> tuple[float, float]:
-        """Return where the front is, in network coordinates [m]."""
+        """Return the position of the front in network coordinates [m]."""
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
-        """Put the vehicle under the gate: the simulator's right of way no longer rules it.
+        """Put a vehicle under the gate: it no longer obeys the simulator's right of way.
 
         It changes lanes where its route demands it; if it `keeps_lane`, only by `change_lane`.
         """
 
     def leave_gate(self, vehicle: str) -> None:
-        """Undo `put_under_gate`, and all that holds the vehicle; it may be gone."""
+        """Undo `put_under_gate` and every hold; the vehicle may have left the road."""
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
-        """Give the vehicle a route from its edge on; raise `TrafficError` if SUMO refuses the route."""
+        """Give a vehicle a route from its present edge; raise `TrafficError` if SUMO refuses the route."""
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
         """Return the edges of the vehicle's route, and the index of its present or last edge."""
@@ -175,12 +175,13 @@ class Traffic(Protocol):
         """Return the mean speed of the vehicles on an edge [m/s], or the speed limit if there are none."""
 
     def add_route(self, name: str, edges: Sequence[str]) -> None:
-        """Make a route for `renew` and `forget_stops`."""
+        """Add a route for `renew` and `forget_stops`."""
 
     def renew(self, vehicle: str, route: str) -> None:
-        """Give the vehicle a route by name; the edge on which it is lies on it.
+        """Give a vehicle a route by name; its present edge must be on the route.
 
-        While a street on it is closed to the vehicle it keeps the one it has, and this is tried again.
+        While a street of the new route is closed to the vehicle, it keeps its old route, and the call is
+        repeated.
         """
 
     def lane_index(self, vehicle: str) -> int:
@@ -190,60 +191,61 @@ class Traffic(Protocol):
         """Ask for a lane change in the next step; the simulator makes it if gaps and speeds allow."""
 
     def put_on_lane(self, vehicle: str, lane_index: int) -> bool:
-        """Move the vehicle to the neighbouring lane if that is free; return whether it is there."""
+        """Move a vehicle to the neighbouring lane if there is space; return whether it is there."""
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
-        """Limit the speed of a vehicle, or lift the limit.
+        """Limit the speed of a vehicle [m/s]; None lifts the limit.
 
-        With 0 it stands without a stop: one at a stop changes no lanes.
+        With 0 the vehicle stands without a stop, so that it can still change lanes.
         """
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
-        """Hold the vehicle: it stops with its front at a position ahead for which it can still brake.
+        """Hold a vehicle: it stops with its front at a position ahead, if it can still brake for it.
 
-        Return False, with nothing done, if it is on that edge already, and on another lane. Raise
-        `TrafficError` if it cannot be held there; `ClosedLaneError` since the lane is closed to it.
+        Return False, without doing anything, if the vehicle is already on that edge but on another lane.
+        Raise `TrafficError` if it cannot be held there, or its subclass `ClosedLaneError` if the lane is
+        closed to it.
         """
 
     def release(self, vehicle: str) -> None:
-        """Undo `hold` and `brake`, standing or not."""
+        """Undo `hold` and `brake`, whether the vehicle stands or not."""
 
     def brake(self, vehicle: str, *, hard: bool = True) -> None:
-        """Stop a vehicle where it is: as hard as possible if it overruns its stop, else gently."""
+        """Stop a vehicle where it is: as hard as possible (`hard`), or gently."""
 
     def stay_braked(self) -> None:
-        """Stop vehicles again that were braked, hard if they are no slower: their owner let them drive."""
+        """Brake again the vehicles whose `brake` their owner has undone: hard if they are no slower."""
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
         """Remove the finished stops of a vehicle on edges other than `edge`.
 
-        The vehicle is to go on along `route`, which begins with `edge`; `alone` is a route of `edge` and no
-        other. Return False, with nothing done, if the vehicle is not on `edge`.
+        The vehicle then follows `route`, which begins with `edge`; `alone` is a route of `edge` only. Return
+        False, without doing anything, if the vehicle is not on `edge`.
         """
 
     def halted(self) -> Sequence[str]:
         """Return the held vehicles that came to rest in the last step."""
 
     def next_stop(self, vehicle: str) -> tuple[str, float, bool] | None:
-        """Return edge and position [m] of the current or next stop of a vehicle, or None.
+        """Return edge, position [m] and order of the current or next stop of a vehicle's own, or None.
 
-        And whether it comes after the stop that holds the vehicle, which does not count.
+        The order is True if the stop comes after the stop that holds the vehicle.
         """
 
     def set_stop(self, vehicle: str, stop: Stop) -> None:
-        """Set a stop at the next pass of that position; raise `TrafficError` if the vehicle cannot stop."""
+        """Set a stop at the next pass of its position; raise `TrafficError` if the vehicle cannot make it."""
 
     def drop_stop(self, vehicle: str, stop: Stop) -> None:
-        """Undo `set_stop`."""
+        """Remove a stop that `set_stop` has set."""
 
     def stops_ahead(self, vehicle: str) -> int:
-        """Return the number of current and coming stops of the vehicle, without the stop that holds it."""
+        """Return the number of current and coming stops of a vehicle, without the stop that holds it."""
 
     def at_own_stop(self, vehicle: str) -> bool:
-        """Return whether a vehicle stands at its own stop, not at a stop of the gate."""
+        """Return whether a vehicle stands at a stop of its own, not at a hold."""
 
     def stays_s(self, vehicle: str) -> float:
-        """Return for how long a vehicle will stand at the stop that it makes [s]; 0 if it makes none."""
+        """Return for how long a vehicle will stand at its current stop [s]; 0 without a current stop."""
 
     def stay(self, vehicle: str, for_s: float) -> None:
         """Set the remaining duration of the current stop of a vehicle [s]."""
@@ -252,7 +254,7 @@ class Traffic(Protocol):
         """Return whether a vehicle at a stop waits for persons or containers."""
 
     def stops_begun(self) -> Sequence[str]:
-        """Return the vehicles that came to rest in the last step at a stop that does not hold them."""
+        """Return the vehicles that came to rest in the last step at a stop of their own."""
 
     def stops_ended(self) -> Sequence[str]:
         """Return the vehicles that left a stop of any kind in the last step."""
@@ -264,46 +266,46 @@ class Traffic(Protocol):
         """Return the vehicles that the simulator began to teleport in the last step."""
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles that each, alone, block a standing vehicle.
+        """Return the vehicles of which each alone blocks a standing vehicle.
 
-        Where the simulator gives no reason, `guess` at the likely one.
+        With `guess`, likely ones are returned where the simulator gives no reason.
         """
 
     def pauses(self, vehicle: str) -> bool:
-        """Return whether the vehicle is at a light that is red for it, or at a stop of its own."""
+        """Return whether a vehicle is at a red light or at a stop of its own."""
 
     def dynamics(self, vehicle: str) -> Dynamics:
-        """Return the accelerations, length and gap of the vehicle."""
+        """Return length, accelerations and speed factor of a vehicle."""
 
     def show_brakes(self, vehicle: str) -> None:
-        """Let others know how hard a vehicle brakes, where it brakes harder than they think."""
+        """Tell other vehicles how hard a vehicle brakes, if it brakes harder than they assume."""
 
     def advise(self, vehicle: str, speed_factor: float) -> None:
-        """Set the vehicle's speed factor: its wished speed over the speed limit."""
+        """Set a vehicle's speed factor: its desired speed divided by the speed limit."""
 
     def jump(self, vehicle: str) -> float | None:
-        """Put the vehicle on an edge ahead on its route where there is room; return the distance skipped [m].
+        """Move a vehicle to an edge ahead on its route with space; return the skipped distance [m].
 
-        None if there is no room anywhere ahead.
+        Return None if there is no space on any edge ahead.
         """
 
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
         """Set whether a gated vehicle obeys red and amber lights."""
 
     def give_way(self, vehicle: str, *, gives: bool) -> None:
-        """Set whether a gated vehicle keeps the simulator's right of way for vehicles that approach."""
+        """Set whether a gated vehicle yields to approaching vehicles by the simulator's right of way."""
 
     def light(self, light: str) -> Light:
         """Return the state of a traffic light."""
 
     def light_program(self, light: str) -> Program:
-        """Return the program that a traffic light follows now; without phases if it follows none."""
+        """Return the present program of a traffic light; it has no phases if the light has none."""
 
     def expects_more(self) -> bool:
-        """Return whether there are vehicles on the road or still to come."""
+        """Return whether vehicles are on the road or will still depart."""
 
     def configured_end_s(self) -> float | None:
         """Return the end time that the simulator's own configuration sets, if any [s]."""
 
     def close(self) -> None:
-        """End the simulation and free it; may be called twice."""
+        """End the simulation; a second call does nothing."""

@@ -1,4 +1,4 @@
-"""SUMO in this process: fast, without a window, one simulation at a time."""
+"""Runs SUMO in this process with libsumo: fast, without a window, one simulation at a time."""
 
 import os
 import tempfile
@@ -13,7 +13,7 @@ import libsumo
 from loopgate.errors import SecondSimulationError
 
 ERROR: tuple[type[Exception], ...] = (libsumo.TraCIException, libsumo.FatalTraCIError)
-"""Errors that libsumo raises: on what it cannot do, and where it stops."""
+"""Errors that libsumo raises: for a refused call, and when it stops."""
 
 
 _STDERR = 2
@@ -28,26 +28,25 @@ READS: Mapping[str, Callable[..., Any]] = {
     for name, read in vars(_wrapped).items()
     if name.startswith(("vehicle_get", "trafficlight_get"))
 }
-"""Readings of vehicles and lights without the function that the wrapper has for each: a third of the time."""
+"""Readings of vehicles and lights without the wrapper's own functions, in a third of the time."""
 
 
 half_built: list[str] = []
-"""What SUMO said where it refused its input in the middle of reading, and left a part of it in this process.
+"""SUMO's messages from starts at which it refused its input and left a part of it in this process.
 
-Another simulation here can end the process by a signal, so `start_traffic` gives it to a SUMO in a process of
-its own. Where SUMO refuses its options, or takes its network down by itself, nothing is left.
-"""
+Another simulation in this process could then crash, so `start_traffic` runs it in a separate SUMO. If SUMO
+refuses its options, or removes its network itself, nothing is left."""
 
 _claim = Lock()
 _owner: list[str] = []
-"""What runs in libsumo by `start`: the network that it was given."""
+"""The network of the simulation that `start` has started."""
 
 
 def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
     """Start SUMO with command-line `options` and return the libsumo module; `close` ends it.
 
-    Raises `SecondSimulationError` if a simulation is under way in this process, whoever started it: libsumo
-    has one at a time, and a second start would end or mix them.
+    Raises `SecondSimulationError` if a simulation is under way in this process: libsumo has one at a time,
+    and a second start would end or mix them.
     """
     refuse_second()
     if not _claim.acquire(blocking=False):
@@ -59,7 +58,7 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
             libsumo.start(["sumo", *options])
     except BaseException as error:
         if said and isinstance(error, ERROR):
-            error.args = (_reasons(said),)  # its own words are "Process Error"
+            error.args = (_reasons(said),)  # libsumo itself says "Process Error"
         if libsumo.isLoaded():
             half_built.append(str(error))
         with suppress(*ERROR):
@@ -72,9 +71,9 @@ def start(options: Sequence[str]) -> Any:  # noqa: ANN401  libsumo has no types
 
 @contextmanager
 def _hearing(said: list[str]) -> Iterator[None]:
-    """Append to `said` the reasons for which SUMO refuses its input; let all else that it says through.
+    """Append to `said` the reasons for which SUMO refuses its input; pass on all its other output.
 
-    SUMO says them on the process's error stream only: its log is written later, or not at all.
+    SUMO writes the reasons only to the error stream of the process: its log comes later, or not at all.
     """
     try:
         kept = os.dup(_STDERR)

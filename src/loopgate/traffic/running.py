@@ -71,7 +71,7 @@ class RunningSumo:
     def kind(self, vehicle: str) -> VehicleType:
         """Return the type of a vehicle: from its files, with its present values.
 
-        SUMO does not tell the model by which a vehicle follows others: only the files do.
+        SUMO does not report a vehicle's car-following model, so that is read from the files.
         """
         get = self._api.vehicle
         name = str(get.getTypeID(vehicle))
@@ -118,7 +118,7 @@ def _backend(api: object) -> tuple[tuple[type[Exception], ...], Mapping[str, Cal
 
 
 def _vehicle_types(file: Path) -> Iterable[ET.Element]:
-    """Yield the types of vehicles in a file of SUMO's; nothing where it is none."""
+    """Yield the vehicle types in a file of SUMO; none if it cannot be read."""
     try:
         with open_xml(file) as stream:
             for _, element in ET.iterparse(stream):  # noqa: S314  SUMO has read it

@@ -15,33 +15,33 @@ from loopgate.traffic.sumo_stops import SumoStops
 from loopgate.traffic.sumo_waits import RoadWaits
 
 GATED_SPEED_MODE = 23
-"""Safe speed, acceleration, deceleration and red lights hold; right of way is the gate's, but vehicles
-already inside a junction are still respected (bit 5 unset)."""
+"""SUMO's speed mode of gated vehicles: safe speed, accelerations and red lights hold. The gate replaces the
+right of way, but vehicles that are inside a junction still count (bit 5 unset)."""
 
 YIELDING_SPEED_MODE = 31
-"""SUMO's right of way holds too: where there is traffic that relies on it."""
+"""The same with SUMO's right of way, for runs with ordinary traffic."""
 
 _CLOCK_DIGITS = 3
 """SUMO counts milliseconds."""
 
 _ANY_LIGHT = ~16
-"""Mask that takes the lights out of a speed mode, for a vehicle that drives on whatever they show."""
+"""Mask that removes lights from a speed mode, for a vehicle that drives on at any light."""
 
 _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
-"""Change lanes only where the route demands it, and never into an occupied gap."""
+"""Lane changes only where the route demands them, and never into an occupied gap."""
 
 _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
-"""Change lanes only by `SumoTraffic.change_lane`, and only where that makes nobody brake hard."""
+"""Lane changes only by `SumoTraffic.change_lane`, and only if no vehicle must brake hard."""
 
 _ANY_DECELERATION = ~4
-"""A speed mode without the limit on deceleration (bit 2)."""
+"""Mask that removes the limit on deceleration from a speed mode (bit 2)."""
 
 _RENEW_EVERY_S = 10.0
-"""A route that SUMO has refused is tried again so often [s]."""
+"""A route that SUMO has refused is tried again in this interval [s]."""
 
 
 class SumoTraffic(SumoStops, SumoLights):
-    """A SUMO simulation behind the `Traffic` protocol, which documents the calls.
+    """A SUMO simulation with the interface `Traffic`, which documents the calls.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ class SumoTraffic(SumoStops, SumoLights):
     error
         The exception types that `api` raises.
     yields
-        Whether vehicles under the gate keep to SUMO's right of way as well: there is traffic that does.
+        Whether gated vehicles also obey SUMO's right of way, because there is ordinary traffic.
     shared
-        Whether somebody else may tell vehicles under the gate to stop.
+        Whether other code may set stops for gated vehicles.
     reads
-        Quicker ways to read than those of ``api``, by domain and name there, such as ``vehicle_getSpeed``.
+        Faster replacements of calls of ``api``, by domain and name, such as ``vehicle_getSpeed``.
     close
-        What ends the simulation; that of `api` by default.
+        Function that ends the simulation; by default that of `api`.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()
         self._first: set[str] = set()
-        """The vehicles that keep no right of way."""
+        """The vehicles that ignore the right of way."""
         self._running = True
         self._close: Callable[[], None] = close or api.close
         self._odometer, self._route_id, *self._place_and_speed = (
@@ -91,10 +91,10 @@ class SumoTraffic(SumoStops, SumoLights):
         self._step_s = float(api.simulation.getDeltaT())
         self._waits = RoadWaits(api, self._holds)
         self._braked: dict[str, float] = {}
-        """Of those that are braked: their speed in the step before [m/s]."""
+        """For each braked vehicle, its speed one step before [m/s]."""
         self._slowed: set[str] = set()
         self._modes: dict[str, tuple[int, int]] = {}
-        """Of those under the gate: the modes for speed and for changing lanes that they had before."""
+        """For each gated vehicle, its speed mode and lane-change mode from before."""
         self._unrenewed: dict[str, str] = {}
         self._renew_again_s = -inf
 
@@ -120,7 +120,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._renew_again()
 
     def look_at_clock(self) -> None:
-        """Note that a step was made, perhaps by other code."""
+        """Note that a step was made, possibly by other code."""
         self._now, self._seen_s = float(self._simulation.getTime()), -inf
         self._renew_again()
 
@@ -181,7 +181,7 @@ class SumoTraffic(SumoStops, SumoLights):
         if self._seen_s != self._now:
             self._seen_s, vehicles, before = self._now, self.vehicles(), self._seen.vehicles
             if vehicles == before:
-                vehicles = before  # the same object is compared and looked up sooner
+                vehicles = before  # the same object is faster to compare
             self._seen = self.whereabouts_of(vehicles)
         return self._seen
 
@@ -213,7 +213,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._vehicle.setColor(vehicle, (*colour, 255))
 
     def put_under_gate(self, vehicle: str, *, keeps_lane: bool = False) -> None:
-        """Let the gate rule: no right of way unless it yields, lanes changed for the route, if at all."""
+        """Set the modes of a gated vehicle for speed and lane changes."""
         get = self._vehicle
         self._modes.setdefault(vehicle, (get.getSpeedMode(vehicle), get.getLaneChangeMode(vehicle)))
         get.setSpeedMode(vehicle, self._speed_mode)
@@ -221,7 +221,7 @@ class SumoTraffic(SumoStops, SumoLights):
         get.setLaneChangeMode(vehicle, mode)
 
     def leave_gate(self, vehicle: str) -> None:
-        """Let go of it, with the modes that it had before."""
+        """Undo every hold, and restore the vehicle's modes."""
         modes = self._modes.pop(vehicle, None)
         self._heedless.discard(vehicle)
         self._first.discard(vehicle)
@@ -264,7 +264,7 @@ class SumoTraffic(SumoStops, SumoLights):
 
     @property
     def without_way(self) -> tuple[str, ...]:
-        """The vehicles whose routes SUMO does not renew, since a street on them is closed."""
+        """The vehicles whose routes SUMO does not renew, because a street is closed."""
         return tuple(sorted(self._unrenewed))
 
     def _renew_again(self) -> None:

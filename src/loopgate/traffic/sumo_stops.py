@@ -9,22 +9,23 @@ from loopgate.network.stops import Stop
 _FOR_EVER_S = 1e7
 
 _SAME_STOP_M = 0.05
-"""How far a stop may be from where it was asked for [m]: SUMO keeps positions as they are given."""
+"""Largest distance between a stop in SUMO and the position that was asked for [m]."""
 
 _FLAGS = {"lane": 0, "busStop": 8, "containerStop": 16, "chargingStation": 32, "parkingArea": 64}
 _PARKS, _TRIGGERS = 1, {"person": 2, "container": 4}
 """SUMO's flags of stops."""
 
 _NONE_S = -(2.0**30)
-"""SUMO's number for no time."""
+"""SUMO's number for a missing time."""
 
 _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 
 
 class SumoStops:
-    """The calls of `Traffic` that are about stops.
+    """The calls of `Traffic` about stops.
 
-    `api`, `error`, `shared`: as of `loopgate.traffic.sumo.SumoTraffic`; `read` finds a reading by its name.
+    `api`, `error`, `shared`: as in `loopgate.traffic.sumo.SumoTraffic`. `read`: returns the function for a
+    call by its name.
     """
 
     def __init__(
@@ -42,18 +43,18 @@ class SumoStops:
         self._simulation = api.simulation
         self._lane_of, self._stops_of = read("vehicle_getLaneID"), read("vehicle_getStops")
         self._holds: dict[str, tuple[str, float]] = {}
-        """Where vehicles are held: lane, and position on it [m]."""
+        """For each held vehicle, its lane and the position of the hold there [m]."""
         self._stopping: set[str] = set()
-        """The vehicles that have been told other stops."""
+        """The vehicles with stops of their own."""
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._classes: dict[str, str] = {}
-        """The classes of vehicles that nobody else can change."""
+        """The vehicle classes that other code cannot change."""
 
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Set a stop on this pass that only `release` ends.
 
-        Raises `TrafficError` if SUMO refuses it: the vehicle is too close to brake, or the lane is not on its
-        way; `ClosedLaneError` if the lane is closed to it.
+        Raises `TrafficError` if SUMO refuses it, because the vehicle is too near to brake or the lane is not
+        on its route; `ClosedLaneError` if the lane is closed to it.
         """
         get, lane = self._vehicle, f"{edge}_{lane_index}"
         here = self._lane_of(vehicle)
@@ -92,12 +93,12 @@ class SumoStops:
         return vclass
 
     def _may_insert(self, edge: str, vclass: str) -> bool:
-        """Return whether `insertStop` acts on this pass, for a vehicle on the edge that has no other stops.
+        """Return whether `insertStop` sets a stop on this pass of a vehicle without other stops.
 
-        `setStop` always does, but what it makes SUMO 1.28 never frees, 0.9 kB each time. `insertStop` looks
-        for the way from where a vehicle could still choose another one: the next edge, if it is inside a
-        junction or on an edge on which somebody must not change lanes. On a route that holds the round twice
-        the stop then lies a lap later. Before other stops it would be out of turn.
+        `setStop` always does so, but SUMO 1.28 never frees 0.9 kB for each call. `insertStop` starts its
+        search where a vehicle can still choose another way: at the next edge if the vehicle is inside a
+        junction, or on an edge on which some vehicles must not change lanes. On a route of two rounds the
+        stop would then lie a lap later. Before other stops it would be in the wrong order.
         """
         key = edge, vclass
         free = self._lets_change.get(key)
@@ -124,7 +125,7 @@ class SumoStops:
         return bool(stop.lane == lane and lasts and off_m < _SAME_STOP_M)
 
     def find_holds(self, vehicles: Iterable[str]) -> None:
-        """Find the stops that hold vehicles, where a state has been loaded that has others than are known."""
+        """Find the stops that hold vehicles anew, after another state has been loaded."""
         there = set(self._vehicle.getIDList())
         for vehicle in vehicles:
             self._holds.pop(vehicle, None)
@@ -133,7 +134,7 @@ class SumoStops:
                 self._holds[vehicle] = stop.lane, stop.endPos
 
     def drop_hold(self, vehicle: str) -> None:
-        """Drop the stop by which the vehicle is held, if it is, reached or not, and no other stop."""
+        """Remove the stop that holds a vehicle, whether reached or not, and no other stop."""
         if vehicle not in self._holds:
             return
         number = 0 if self._is_ours(vehicle) else self._stop_number(vehicle)
@@ -144,18 +145,18 @@ class SumoStops:
             self._vehicle.replaceStop(vehicle, number, "")
         except self._error:
             if self._stops_of(vehicle, 1):
-                raise  # else there was none left: it was on a way on which the vehicle is no more
+                raise  # otherwise no stop is left: it was on a route that the vehicle has left
 
     def forget_stops(self, vehicle: str, edge: str, route: str, alone: str) -> bool:
-        """Lead the vehicle off its stops' edges and back: SUMO keeps only stops on the present route."""
+        """Lead a vehicle off the edges of its stops and back: SUMO keeps only stops on the present route."""
         if self._vehicle.getRoadID(vehicle) != edge or self._stops_of(vehicle, 1):
-            return False  # a stop ahead, which is not ours, would be forgotten too
+            return False  # SUMO would also forget a stop ahead that loopgate has not set
         self._vehicle.setRouteID(vehicle, alone)
         self._vehicle.setRouteID(vehicle, route)
         return True
 
     def halted(self) -> Sequence[str]:
-        """Return the held vehicles that came to rest in the last step, at no other stop than that."""
+        """Return the held vehicles that came to rest in the last step at the stop that holds them."""
         if not self._holds:
             return ()
         ids = self._simulation.getStopStartingVehiclesIDList()
@@ -209,7 +210,7 @@ class SumoStops:
         return len(self._stops_of(vehicle, 0)) - held
 
     def stays_s(self, vehicle: str) -> float:
-        """Return for how long it will stand at its stop [s]; SUMO counts down."""
+        """Return for how long a vehicle will stand at its stop [s]; SUMO counts down."""
         stops = self._stops_of(vehicle, 1)
         return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
 
@@ -224,9 +225,9 @@ class SumoStops:
         return [v for v in ids if self.at_own_stop(v)]
 
     def at_own_stop(self, vehicle: str) -> bool:
-        """Return whether the vehicle stands at a stop that is not the gate's."""
+        """Return whether a vehicle stands at a stop that does not hold it."""
         held = vehicle in self._holds and self._stop_number(vehicle) == 0
-        return not held and bool(self._vehicle.isStopped(vehicle))  # one that was held has been released
+        return not held and bool(self._vehicle.isStopped(vehicle))  # a held one was released
 
     def stops_ended(self) -> Sequence[str]:
         ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()

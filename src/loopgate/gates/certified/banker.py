@@ -1,19 +1,19 @@
-"""Sending robots home in turn, as far as possible without a search.
+"""Sends robots home in turn, as far as possible without a search.
 
-Both rules lose nothing: what they do leaves every other robot at least the room it had, so a configuration
-is live iff it is live after them.
+Neither rule loses anything: after it, every other robot has at least the slots that it had before. So a
+configuration is live if and only if it is live after the rule.
 """
 
 from loopgate.gates.certified.occupancy import Occupancy
 
 
 def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
-    """Send home each robot with a free way home, repeatedly (Banker's rule).
+    """Send home each robot with a free path home, again and again (Banker's rule).
 
     Parameters
     ----------
     stand
-        Where everybody stands; changed to where they stand in the end.
+        The positions of all robots; changed to the positions at the end.
     robots
         The robots to send home, in the order in which to try them.
 
@@ -24,8 +24,8 @@ def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]
 
     Notes
     -----
-    A robot that will stay for good in a state others may need is left over, since sending it there could
-    lose. O(states on the ways home + robots woken).
+    A robot that will stay for good in a state that other robots may need is left over, since sending it there
+    could block them. O(states on the paths home + robots woken).
     """
     layout, at, count, queue = stand.layout, stand.at, stand.count, stand.queue
     path, way, steps, home = layout.path, layout.way, layout.steps, layout.home
@@ -67,12 +67,12 @@ def fixpoint(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]
 
 
 def reduce_to_core(stand: Occupancy, robots: list[int]) -> tuple[list[int], list[int]]:
-    """Send robots home, or on to states that no other robot still needs, until no robot can move.
+    """Send robots home, or on to states that no other robot needs, until no robot can move.
 
-    Parameters and result as `fixpoint`. What is left over is the core that only a search can decide. A
-    robot that settles for good in a shared terminal goes there once nobody has to pass it and it has room
-    for all who settle there.
-    O(rounds * states on the ways home).
+    Parameters and result as in `fixpoint`. The robots left over are the core, which only a search can decide.
+    A robot that stays for good in a shared terminal goes there when no robot has to pass it and there are
+    slots for all robots that stay there.
+    O(rounds * states on the paths home).
     """
     moves, left = fixpoint(stand, robots)
     advanced = True
@@ -102,7 +102,7 @@ def reduce_to_core(stand: Occupancy, robots: list[int]) -> tuple[list[int], list
 
 
 def _ahead(stand: Occupancy, robot: int) -> list[int]:
-    """All states the robot enters on its way home, in order."""
+    """Return all states that the robot enters on its path home, in order."""
     layout = stand.layout
     p = stand.at[robot]
     states = []
@@ -113,7 +113,7 @@ def _ahead(stand: Occupancy, robot: int) -> list[int]:
 
 
 def _harmless(stand: Occupancy, robot: int, ahead: list[int], need: dict[int, int]) -> int:
-    """How many moves bring the robot to the furthest state that it reaches now and only it still needs."""
+    """Return the number of moves to the farthest state that is reachable now and only this robot needs."""
     if not stand.heads(robot):
         return 0
     layout, count = stand.layout, stand.count
@@ -134,7 +134,7 @@ def _harmless(stand: Occupancy, robot: int, ahead: list[int], need: dict[int, in
 
 
 def _settlers(stand: Occupancy, state: int) -> int:
-    """How many robots still on their way will stay in `state` for good and do not pass it before."""
+    """Return how many robots on their way home will stay in `state` for good and do not pass it before."""
     layout = stand.layout
     total = 0
     for i in layout.system.visitors[state]:

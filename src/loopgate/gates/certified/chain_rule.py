@@ -1,4 +1,4 @@
-"""The chain rule over wide places, and the way home over the narrow places between them."""
+"""The chain rule for systems with places of several slots, connected by narrow places of one slot."""
 
 from collections.abc import Callable
 from typing import Any
@@ -20,10 +20,11 @@ _FREE = Decision(admitted=True, reason=Reason.FREE, stage="chain")
 class ChainRule(LivenessProof):
     """The chain rule as a proof of the promise that no circular wait ever forms.
 
-    A robot *rests* in a place that holds two or more (wide) or where it hinders nobody (home). A robot
-    between two rests has a slot reserved in the rest it drives to, and a way there that the witness of
-    `Homes` keeps open. Seen from the rests alone every full place waits for the place its head
-    wants next; a move that fills a place is admitted iff that closes no circle of full places.
+    A place of two slots or more is *wide*. A robot *rests* in a wide place, or at a home, where it never
+    blocks another robot. A robot between two rests has a reserved slot in the rest to which it drives, and
+    the witness of `Homes` keeps its path there open. Seen from the rests only, each full place waits for the
+    place that its first robot wants next. A move that fills a place is admitted if and only if it closes no
+    circle of full places.
 
     Parameters
     ----------
@@ -34,12 +35,12 @@ class ChainRule(LivenessProof):
 
     Notes
     -----
-    Sound by Reveliotis, Lawley and Ferreira (IEEE TAC 42(10), 1997): with two slots or more in each place,
-    a state without circular wait always has a move that leads to another. O(length of the chain of heads)
+    Sound by Reveliotis, Lawley and Ferreira (IEEE TAC 42(10), 1997): with two slots or more in each place, a
+    state without circular wait always has a move that leads to another. O(length of the chain of full places)
     per decision where all places are wide.
 
-    Where the chain decides alone and no set of places is crowded (see `loopgate.gates.certified.crowding`),
-    a configuration without circle is live for *everyone*, and the same rule promises that.
+    Where the chain decides alone and no set of places is crowded (see `loopgate.gates.certified.crowding`), a
+    configuration without a circle is live for *everyone*, and the same rule promises that.
     """
 
     def __init__(self, system: System, budget: Budget) -> None:
@@ -62,12 +63,12 @@ class ChainRule(LivenessProof):
         return rests and all(map(all, layout.straight))
 
     def _rests(self, robot: int) -> list[int]:
-        """State of the rest that the robot stands in or drives to, by position."""
+        """Return, by position, the rest in which the robot stands or to which it drives."""
         path = self.layout.path[robot]
         return [path[self._rest_position(robot, p)] for p in range(len(path))]
 
     def _next_rests(self, robot: int) -> list[int]:
-        """State of the rest it drives to when it leaves the rest of `_rests`, or -1, by position."""
+        """Return, by position, the rest after that of `_rests`, or -1."""
         follow = self.layout.follow[robot]
         leaving = [follow[self._rest_position(robot, p)] for p in range(len(follow))]
         return [-1 if q < 0 else self._rest[robot][q] for q in leaving]
@@ -104,10 +105,10 @@ class ChainRule(LivenessProof):
         return sorted(deadlocked(waits))
 
     def _leavers(self, stand: Occupancy, place: int) -> tuple[list[int], bool]:
-        """Return the robots of which one leaves `place` next for another, and whether it may be any of them.
+        """Return the robots of which one leaves `place` next, and whether it may be any of them.
 
-        From a FIFO place that is the first in line that does not come straight back; while there is none,
-        it is whoever comes first, and nobody knows yet who that will be.
+        From a place with a line, it is the first robot in line that does not return at once. Without such a
+        robot it is the first robot to arrive, which is not known yet.
         """
         after, at = self._after, stand.at
         line = stand.queue.get(place)
@@ -158,7 +159,10 @@ class ChainRule(LivenessProof):
         return full.circle()
 
     def _closes_any(self, stand: Occupancy, robot: int, left: int, target: int) -> list[int]:
-        """As `closes`, for places that several robots may leave next: by removing places that are free."""
+        """Return the result of `closes` where several robots may leave a place next.
+
+        Places that can become free are removed one after the other.
+        """
         there = stand.after(robot)
         on_its_way = not self.layout.home[robot][there.at[robot]]
         if on_its_way:
@@ -215,10 +219,10 @@ class ChainRule(LivenessProof):
 
 
 class _Rests:
-    """Rests as the chain rule sees them.
+    """Rests as places for the chain rule.
 
-    `held`: how many robots hold each. `first`: who leaves a rest next, None if that may be one of several.
-    `after`: by robot and position, the rest that it drives to when it leaves the one that it holds.
+    `held`: number of robots that hold each. `first`: returns the robot that leaves a rest next; None if
+    several may. `after`: by robot and position, the rest after the one that it holds.
     """
 
     def __init__(
@@ -229,7 +233,7 @@ class _Rests:
         self.first = first
 
     def free(self, place: int) -> int:
-        """Return the number of free slots; no robot waits for a place that is not wide."""
+        """Return the number of free slots; a narrow place always counts as free."""
         return self._layout.room[place] - self._held[place] if self._layout.wide[place] else 1
 
     def wanted(self, robot: int) -> int | None:

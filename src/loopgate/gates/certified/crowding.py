@@ -1,12 +1,13 @@
 """Condition (S) on loops and vehicle counts: without it no gate can promise that every vehicle goes on.
 
 A set of places is *crossed* if some loop has places in it and outside it. A *resident* of the set is a robot
-whose whole loop lies in it. (S): every crossed set holds at least two robots more than it has residents.
+whose whole loop lies in it. (S): every crossed set has at least two slots more than residents.
 
-Where every place holds two or more and is left in order of arrival, a configuration is live for everyone iff
-no full places wait for one another in a circle and (S) holds (proof: docs/proofs/roads.md). A robot that
-enters the last slot of a set with residents in all others stands last there, before it only residents, all
-of whom want full places of the set: for good.
+Suppose that every place has two slots or more and is left in order of arrival. Then a configuration is live
+for everyone if and only if no full places wait for one another in a circle and (S) holds (proof:
+docs/proofs/roads.md). For suppose that residents hold all slots of a set but one, and another robot enters
+the last slot. It is then last in its place, behind residents only, and all of them want full places of the
+set, for ever.
 """
 
 from collections import Counter
@@ -33,11 +34,11 @@ class Crowd:
     Attributes
     ----------
     places
-        Their numbers, ascending.
+        Numbers of the places, ascending.
     residents
-        Numbers of the robots whose loops lie in them, ascending.
+        Numbers of the robots whose loops lie in the places, ascending.
     slots
-        How many robots the places hold together.
+        Number of slots of all these places.
     """
 
     places: tuple[int, ...]
@@ -60,15 +61,16 @@ def find_crowd(
     loops
         The places of each robot's loop, in driving order; one entry per robot.
     slots
-        How many robots each place holds, two or more; all robots must fit on their loops at once.
+        Number of slots of each place, two or more; all robots must fit on their loops at once.
     passing
-        Ways that nobody is on yet: sets of places are crossed by them too, and nobody is a resident by them.
+        Paths without robots yet. They cross sets of places too, but have no residents.
 
     Notes
     -----
-    If all robots could stand with a slot free in every place, (S) holds: one maximum flow says so. Else only
-    sets within those that have no room for that can be crowded, and a minimum cut for each of their places,
-    and for each place that follows it where that is tight, finds one or shows that there is none.
+    If all robots could stand with one slot free in every place, (S) holds: one maximum flow shows that.
+    Otherwise only sets within the places that have no space for that can be crowded. A minimum cut for each
+    of these places, and for each place that follows it where that is tight, finds such a set or shows that
+    there is none.
     """
     numbers = Counter(frozenset(loop) for loop in loops)
     net = _Net(numbers, slots)
@@ -94,8 +96,8 @@ def find_crowd(
 def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
     """Return robots that must be removed for condition (S) to hold, ascending; empty if it holds.
 
-    Crowd by crowd, those on the shortest loops first, since they are residents of the most sets. Seldom there
-    are fewer that would do.
+    It takes crowd by crowd, and robots on the shortest loops first, since they are residents of most sets.
+    Only rarely would fewer robots do.
     """
     left = list(range(len(loops)))
     gone: list[int] = []
@@ -109,10 +111,10 @@ def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
 def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
     """Raise an error if condition (S) fails at the start of a system of closed paths.
 
-    That is plain where they stand with a slot free in every place. A place of one robot's own counts as one
-    that holds two: it never has to wait for it.
+    (S) plainly holds if the robots stand with one slot free in every place. A private place counts as two
+    slots, since its robot never waits for it.
 
-    Raises `UnsafeStartError` if (S) does not hold: no gate could keep everyone going.
+    Raises `UnsafeStartError` if (S) does not hold: no gate could keep every robot going.
     """
     private = layout.system.private
     slots = [max(SPARE, room) if own else room for room, own in zip(layout.room, private, strict=True)]
@@ -135,8 +137,9 @@ def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:
 class _Net:
     """The network source -> loops -> places -> sink, in which a cut stands for a set of places.
 
-    A loop carries its robots, a place its slots. The places on the source's side are the set; cut are the
-    robots whose loops are not wholly in it, and its slots: all robots, less residents, plus slots.
+    A loop carries its robots, a place its slots. The places on the source's side are the set. The cut has the
+    robots whose loops are not wholly in the set, and the slots of the set: all robots, minus residents, plus
+    slots.
     """
 
     def __init__(self, numbers: Counter[frozenset[int]], slots: Sequence[int]) -> None:
@@ -153,9 +156,9 @@ class _Net:
         ]
 
     def tight(self) -> set[int]:
-        """Return the places of the largest set with the least room, if each place is to keep a slot free.
+        """Return the largest set of places with the least spare slots, if each place must keep one free.
 
-        Every crowded set lies in it: by supermodularity one that does not would have a part with more
+        Every crowded set lies in it: otherwise, by supermodularity, a part of the crowded set would have more
         residents than slots.
         """
         to_sink = [(n, self._sink, s - 1) for n, s in zip(self._node.values(), self._slots, strict=True)]
@@ -166,9 +169,9 @@ class _Net:
         return {p for p in self._places if self._node[p] not in reaches_sink}
 
     def least_spare(self, inside: int, outside: int | None = None) -> tuple[int, set[int]]:
-        """Return the fewest slots beyond residents of a set with `inside`, without `outside`; and the set.
+        """Return the least surplus of slots over residents of a set with `inside`; and the set.
 
-        A place that is on no loop is in none of them.
+        The set does not contain `outside`. A place on no loop is in no set.
         """
         edges = [(n, self._sink, s) for n, s in zip(self._node.values(), self._slots, strict=True)]
         edges.append((0, self._node[inside], self._endless))

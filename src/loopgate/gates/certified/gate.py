@@ -182,7 +182,7 @@ class CertifiedGate:
             self._proof.favour(self._here(), stand, self._patience.favoured)
 
     def _here(self) -> Configuration:
-        """Return the configuration in which the robots stand, written out if need be. O(robots)."""
+        """Return the present configuration; make it if it is not known yet. O(robots)."""
         if self._configuration is None:
             self._configuration = Configuration(tuple(self._stand.at), self._stand.queues())
         return self._configuration

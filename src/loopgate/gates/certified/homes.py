@@ -1,4 +1,4 @@
-"""Keeps every robot able to get home: the certified gate for systems in which every robot has a home."""
+"""Keeps a path home free for every robot: a proof for systems in which every robot has a home."""
 
 from typing import Any
 
@@ -21,14 +21,14 @@ class Homes(WitnessProof):
     Parameters
     ----------
     layout
-        The system's layout; no robot is homeless.
+        The system's layout; every robot has a home.
     budget
-        The most cores the exact search may branch on, and its longest time, for one decision; `begin` has
-        no limit of time.
+            For one decision, the most branches of the exact search and its longest time; `begin` has no limit
+        of time.
 
     Notes
     -----
-    With a budget that is never used up this is exact: a move is admitted iff it is safe.
+    With a budget that is never used up this is exact: a move is admitted if and only if it is safe.
     """
 
     def __init__(self, layout: SystemIndex, budget: Budget) -> None:
@@ -36,7 +36,7 @@ class Homes(WitnessProof):
         self._search = Search(layout, budget)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find moves that bring all home; see `LivenessProof.begin`."""
+        """Find moves that bring all robots home; see `LivenessProof.begin`."""
         self._forget()
         away = self._away(stand)
         there = stand.copy()
@@ -55,7 +55,7 @@ class Homes(WitnessProof):
         return True
 
     def at_once(self, stand: Occupancy, robot: int) -> Decision | None:
-        """Admit a move between homes that is not in the witness, which stays valid; else None."""
+        """Admit a move between homes that is not in the witness, which stays valid; otherwise return None."""
         return _REPLAYED if self._passes_by(robot, stand.at[robot]) else None
 
     def moved(self, robot: int, before: int) -> bool:
@@ -66,14 +66,14 @@ class Homes(WitnessProof):
         return self._take_over(robot)
 
     def forget_verdicts(self) -> None:
-        """Take note of a move between homes that the witness does not speak of."""
+        """Drop the verdicts after a move between homes that is not in the witness."""
         self._verdicts.clear()
 
     def favour(self, configuration: Configuration, stand: Occupancy, robot: int) -> None:
         """Admit only moves after which `robot` can move soon; -1 ends this.
 
-        The witness is reordered so that before the robot's next move only those move who have to. While
-        it is kept but for moves pulled forward, the moves before it can only become fewer.
+        The witness is reordered so that before the robot's next move only robots move that must. As long as
+        only moves of this witness are pulled forward, the moves before it can only become fewer.
         """
         self._verdicts.clear()
         self._favoured = robot
@@ -133,7 +133,7 @@ class Homes(WitnessProof):
         return self._found(configuration, stand, robot)
 
     def _found(self, configuration: Configuration, stand: Occupancy, robot: int) -> Verdict:
-        """Look for a witness from nothing."""
+        """Search a witness without using the old one."""
         there = stand.after(robot)
         away = self._away(there)
         if not self.layout.home[robot][there.at[robot]] and robot not in away:
@@ -159,7 +159,7 @@ class Homes(WitnessProof):
         k = witness.index(robot)
         tries = [[robot, *witness[:k], *witness[k + 1 :]]]
         if k == len(self.witness or []) and k + 1 < len(witness) and self._favoured < 0:
-            tries.insert(0, witness[k:] + witness[:k])  # it drives on to its home before all others
+            tries.insert(0, witness[k:] + witness[:k])  # it drives home before all other robots
         return tries
 
     def _accepts(self, configuration: Configuration, moves: list[int]) -> bool:

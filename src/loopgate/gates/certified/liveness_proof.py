@@ -1,4 +1,4 @@
-"""Proofs of liveness: each has the evidence for one promise, and decides moves by it."""
+"""Proofs of liveness: each keeps the evidence for one promise, and decides moves by it."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -19,13 +19,13 @@ class Verdict(NamedTuple):
 
 
 def overruled(system: System, favoured: int) -> Decision:
-    """Return a refusal for a move that would close the way of the robot that goes first."""
+    """Return the refusal of a move that would block the robot that goes first."""
     detail = f"{system.robots[favoured].id} has waited too long and goes first"
     return refusal(Reason.NEGOTIATION, detail, "steering", (favoured,))
 
 
 class LivenessProof(ABC):
-    """The evidence for one promise, by which moves are decided."""
+    """The evidence for one promise, which decides moves."""
 
     for_everyone = True
     """Whether the promise is that every robot can go on for ever; otherwise that some robot can always
@@ -33,9 +33,9 @@ class LivenessProof(ABC):
 
     def __init__(self, layout: SystemIndex) -> None:
         self.layout = layout
-        """The system's layout; of homes, those that are meant."""
+        """The system's layout, with the homes that this proof uses."""
         self.missing = Reason.DEADLOCK
-        """Why there is no witness, while there is none."""
+        """The reason while there is no witness."""
 
     @abstractmethod
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
@@ -51,7 +51,7 @@ class LivenessProof(ABC):
 
     @abstractmethod
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which capacity and order allow."""
+        """Decide the next move of `robot`; capacity and order already allow it."""
 
     @abstractmethod
     def moved(self, robot: int, before: int) -> bool:
@@ -71,18 +71,18 @@ class LivenessProof(ABC):
 
 
 class WitnessProof(LivenessProof):
-    """A proof by a witness: moves that show that a promise holds."""
+    """A proof by a witness: a sequence of moves which shows that the promise holds."""
 
     def __init__(self, layout: SystemIndex) -> None:
         super().__init__(layout)
         self.witness: list[int] | None = None
-        """Moves from the current configuration to where all is well; None if none are known."""
+        """Moves from the current configuration to one in which the promise plainly holds; None if unknown."""
         self._checker = Checker(layout.system)
         self._verdicts: dict[int, Verdict] = {}
         self._favoured = -1
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which capacity and order allow."""
+        """Decide the next move of `robot`; capacity and order already allow it."""
         verdict = self._verdicts.get(robot)
         if verdict is None:
             verdict = self._verdicts[robot] = self._judge(configuration, stand, robot)
@@ -107,7 +107,7 @@ class WitnessProof(LivenessProof):
         return None if verdict is None else verdict.witness
 
     def _take_over(self, robot: int) -> bool:
-        """Take over the witness of the move of `robot`; False if there is none."""
+        """Use the witness found for the move of `robot`; return False if there is none."""
         self.witness = self._found_for(robot)
         self._verdicts.clear()
         return self.witness is not None
