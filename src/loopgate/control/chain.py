@@ -1,4 +1,7 @@
-"""The chain rule as the ledger asks it: places, legs and vehicles in the one walk along full places."""
+"""The chain rule on the ledger's own objects: one walk along full places.
+
+The walk itself is `loopgate.gates.certified.chain`.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,14 @@ from loopgate.gates.certified import chain
 
 
 class _Lines:
-    """Places as they are."""
+    """Places of the ledger, as the chain rule reads them."""
 
     def free(self, place: Place) -> int:
         """Return how many slots of a place are free."""
         return place.slots - len(place.line)
 
     def first(self, place: Place) -> Vehicle | None:
-        """Return the first in line, if there is one."""
+        """Return the first vehicle in the line of a place, if there is one."""
         return place.line[0] if place.line else None
 
     def wanted(self, vehicle: Vehicle) -> Place | None:
@@ -26,7 +29,7 @@ _LINES = _Lines()
 
 
 def full_after(mover: Vehicle) -> chain.Chain[Place]:
-    """Return the full places from the one that `mover` wants next, as they are after its move."""
+    """Return the full places that follow the next place of `mover`, as they will be after its move."""
     leg = mover.leg.after
     if leg is None:
         return chain.Chain([], None)
@@ -38,23 +41,26 @@ def full_after(mover: Vehicle) -> chain.Chain[Place]:
 
 
 def closes(mover: Vehicle) -> list[Place]:
-    """Return the full places of the circle that the next move of `mover` leads into, if any."""
+    """Return the circle of full places that the next move of `mover` would close or join; else []."""
     return full_after(mover).circle()
 
 
 def closes_by_entering(leg: Leg) -> bool:
-    """Return whether one more vehicle, last in line on `leg`, closes a circle of full places."""
+    """Return whether a circle of full places closes if one more vehicle joins the line on `leg`."""
     onward = None if leg.after is None else leg.after.place
     return chain.closes_by_entering(_LINES, leg.place, free=_LINES.free(leg.place), onward=onward)
 
 
 def closes_by_returning(place: Place, first: Vehicle) -> bool:
-    """Return whether one more vehicle in the place closes a circle of full places, with that one first."""
+    """Return whether a circle of full places closes if one more vehicle returns to a place.
+
+    `first`: the vehicle that is then first in the line of the place.
+    """
     return len(place.line) + 1 >= place.slots and chain.leads_round(_LINES, first.wanted(), place)
 
 
 def closes_by_turning(vehicle: Vehicle, leg: Leg) -> bool:
-    """Return whether a vehicle closes a circle of full places if it goes on from a leg in its place."""
+    """Return whether a circle of full places closes if a vehicle changes to another path at `leg`."""
     place, onward = vehicle.leg.place, None if leg.after is None else leg.after.place
     if len(place.line) < place.slots or place.line[0] is not vehicle:
         return False
@@ -67,13 +73,13 @@ def circle_from(place: Place) -> list[Place]:
 
 
 def full_before(vehicle: Vehicle) -> list[Place]:
-    """Return the place of a vehicle, and the full places that it waits for, as they are."""
+    """Return the place of a vehicle, and the full places that it waits for."""
     return [vehicle.leg.place, *chain.follow(_LINES, vehicle.wanted()).places]
 
 
 def next_mover(served: Vehicle) -> Vehicle | None:
     """Return the vehicle to move next, so that `served` moves after finitely many such moves.
 
-    None if full places wait for one another in a circle already.
+    None if full places already wait for one another in a circle.
     """
     return chain.next_mover(_LINES, served.leg.place)

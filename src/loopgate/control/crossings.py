@@ -1,22 +1,23 @@
-"""Whether vehicles under way over a crossing are still in the way of one that wants to cross.
+"""Decides whether vehicles with a grant over a crossing are still in the way of a vehicle that asks.
 
-Two movements share a stretch. Another vehicle is in the way until one of these holds:
+Two movements that conflict share a stretch. The other vehicle is in the way until one of these holds:
 
 - Its rear is past the stretch.
-- Its front is on the stretch, and its rear will be past before the front of the vehicle that asks can reach
-  it (`_relation`). Nothing holds the other there: it has a slot beyond, and SUMO lets no vehicle go first
-  that finds another in its way.
+- Its front is on the stretch, and its rear will be past before the front of the vehicle that asks can get
+  there (`_relation`). Nothing holds the other vehicle there: it has a slot beyond, and SUMO lets no vehicle
+  go first that has another vehicle in its way.
 - It will be past the stretch before the vehicle that asks comes into the junction (`_passes_first`). Until
   then SUMO finds neither in the way of the other. It must have passed all lights before the stretch.
-- The vehicle that asks will be past the stretch, rear and all, before the other can be there
+- The vehicle that asks will be past the stretch with its rear before the other vehicle can be there
   (`_comes_later`). It must not have to wait for another vehicle or for a light.
 
-The vehicle that must be past first is taken to set out weakly and to drive slowly. The vehicle that comes is
-taken to be as fast as limits and driver allow. The vehicle ahead in a place is taken to stand.
+For the vehicle that must be past first, the rule assumes a weak start and slow driving. For the vehicle that
+comes, it assumes the highest speed that limits and driver allow. The vehicle ahead in a place is assumed to
+stand.
 
-Nothing is foreseen of a vehicle that is long, that changes lanes on its way, whose driver is unlike SUMO's
-cars, or that may have to wait on the junction: for an earlier grant in its way, or behind a vehicle that left
-the same lane in another direction.
+The rule predicts nothing of a vehicle that is long, that changes lanes on its crossing, whose driver differs
+from SUMO's cars, or that may have to wait on the junction: for an earlier grant in its way, or behind a
+vehicle that left the same lane in another direction.
 """
 
 from __future__ import annotations
@@ -40,11 +41,14 @@ _AHEAD_S: Final = 2.0
 _WEAK: Final = 0.5
 _GAP_M: Final = 2.5
 _NEXT: Final = 1 << 60
-"""The number of a grant yet to come."""
+"""Stands for the number of a grant yet to come."""
 
 
 class Hindrance:
-    """Who is in the way, and from where on it may be so no longer [m]; minus infinity where nobody knows."""
+    """The vehicle in the way, and the arc length of its front at which it may no longer be [m].
+
+    The arc length is minus infinity if it cannot be known.
+    """
 
     __slots__ = ("until_m", "vehicle")
 
@@ -54,13 +58,13 @@ class Hindrance:
 
 
 def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C901  one after the other
-    """Return who keeps a vehicle from crossing now; None if nobody does."""
+    """Return the vehicle that keeps a vehicle from crossing now; None if there is none."""
     order = PAST
     for over in vehicle.leg.passes:
         foes = over.foes
         for trip in over.movement.junction.trips:
             foe, shared = foes.get(trip.over.movement), trip.over.foes.get(over.movement)
-            # Without a stretch of its own the other has come by this movement, and is followed.
+            # Without a shared stretch the other vehicle has come by this movement, and is followed.
             if foe is None or shared is None or trip.vehicle is vehicle:
                 continue
             other = trip.vehicle
@@ -80,17 +84,17 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             if relation == IN_THE_WAY and _comes_later(vehicle, over, foe, trip, shared, now_s):
                 relation = LATER
             if relation == IN_THE_WAY and not (other.make.foreseen or vehicle.make.foreseen):
-                # It is so until its rear is past what both use, whatever the two do.
+                # It is in the way until its rear is past the stretch, whatever the two vehicles do.
                 past_m = trip.line_m + shared.to_m + other.make.length_m + _BEYOND_M
                 return Hindrance(other, min(past_m, trip.clear_m))
             if relation == IN_THE_WAY or order not in (PAST, relation):
-                return Hindrance(other, -inf)  # what both do decides, in each step
+                return Hindrance(other, -inf)  # both vehicles' speeds decide, in each step
             order = relation
     return None
 
 
 def _relation(vehicle: Vehicle, foe: Foe, trip: Trip, shared: Foe) -> int:
-    """Return what another one, which is not past what both use, is to a vehicle."""
+    """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     if other.steered or not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
@@ -109,12 +113,12 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: Trip, shared: Foe) -> int:
 
 
 def _is_ever_on(foe: Foe, vehicle: Vehicle) -> bool:
-    """Return whether a vehicle so long is ever on the stretch shared with the foe."""
+    """Return whether a vehicle is long enough to touch the stretch that it shares with the foe."""
     return foe.from_m - foe.to_m <= vehicle.make.length_m
 
 
 def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> bool:
-    """Return whether another is past what both use before a vehicle comes into its junction."""
+    """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
     if other.steered or not other.make.foreseen:
         return False
@@ -141,7 +145,7 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Fo
 
 
 def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe, now_s: float) -> bool:
-    """Return whether a vehicle, let go now, is past what both use before the other comes there."""
+    """Return whether a vehicle that goes now is past the stretch before the other vehicle gets there."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
@@ -164,10 +168,10 @@ def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe
 
 
 def _may_be_held(trip: Trip, inside_m: float) -> bool:
-    """Return whether SUMO may let one wait on the junction, or before it, though it has its grant."""
+    """Return whether SUMO may let a granted vehicle wait before or on the junction."""
     ahead = trip.vehicle
     if inside_m < trip.over.ahead_m + _BEYOND_M and _room_m(ahead, trip.into) < trip.clear_m - ahead.front_m:
-        return True  # if the one before it stands, it would not be past the junction, which SUMO keeps clear
+        return True  # if the vehicle ahead stands, this one cannot clear the junction, and SUMO keeps it out
     for over in trip.leg.passes:
         for first in over.movement.junction.trips:
             foe = over.foes.get(first.over.movement)
@@ -182,7 +186,7 @@ def _may_be_held(trip: Trip, inside_m: float) -> bool:
 
 
 def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:
-    """Return whether one granted before still crosses from the same place another way."""
+    """Return whether a vehicle with an earlier grant still crosses from the same place another way."""
     beside = over.movement.beside
     if beside:
         for trip in over.movement.junction.trips:  # a generator costs five times this
@@ -194,7 +198,7 @@ def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:
 
 
 def _room_m(vehicle: Vehicle, body: Body) -> float:
-    """Return how far a vehicle can go if the one before it in a place where it has a body stands [m]."""
+    """Return how far a vehicle can go if the vehicle before it in a place of its own stands [m]."""
     first: Body | None = None
     for one in body.place.bodies:
         if one is body:
@@ -204,7 +208,7 @@ def _room_m(vehicle: Vehicle, body: Body) -> float:
 
 
 def _room_ahead_m(vehicle: Vehicle) -> float:
-    """Return how far a vehicle can go if the last in the place that it wants stands [m]."""
+    """Return how far a vehicle can go if the last vehicle in the place that it wants stands [m]."""
     after = vehicle.leg.after
     if after is None or not after.place.bodies:
         return inf

@@ -1,4 +1,4 @@
-"""Holdings: the vehicles in places and lines, what each vehicle holds, and which of them ask to go on."""
+"""Holdings: the vehicles in the lines of places, what each vehicle holds, and which of them ask."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ class Holdings:
         if first is vehicle:
             self.ask(vehicle)
         elif not vehicle.held and not (first.held and first.halted and not first.beside):
-            # The first asks, and so does it, too late to stop at the line.
+            # It would ask only after the first vehicle does, too late to stop at its stop line.
             self.log.append((BRAKES, vehicle, vehicle.leg.place, "", ""))
 
     def _look_near(self) -> None:
@@ -216,7 +216,7 @@ class Holdings:
         self._near, self._in_order = still, len(still)
 
     def _aim(self, vehicle: Vehicle) -> None:
-        """Set `due_m`, the next point of a vehicle's way at which the ledger must act."""
+        """Set `due_m`, the next arc length at which the ledger must act for a vehicle."""
         due_m = vehicle.line_m + TOLERANCE_M if vehicle.line_m > vehicle.front_m - TOLERANCE_M else inf
         if not (vehicle.asks or vehicle.near or vehicle.steered or vehicle.beside):
             asks_m = vehicle.asks_from_m()
@@ -256,7 +256,7 @@ class Holdings:
                 self._must_ask(other)
 
     def _take_out(self, body: Body) -> None:
-        """Give back the slot of a body whose rear has left, and log this."""
+        """Give back the slot of a body whose rear has left, and log it."""
         self.log.append((LEFT, body.vehicle, body.place, "", ""))
         self._give_back(body)
 

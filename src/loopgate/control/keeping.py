@@ -1,16 +1,17 @@
-"""Service and patience, as one rule: last slots and ways that are kept for vehicles that wait for long.
+"""Keeps slots and crossings for vehicles that have waited long.
 
-A vehicle that has been passed over for a while is *late*. The last slot of the place that it wants is kept
-for it, and once there is a slot, its way over the crossing too: a long crossing is hardly ever clear by
-itself, and vehicles with a shorter way take each slot that a full place gives back. Of two late vehicles in
-each other's way the older keeps its way, so each waits only for older ones.
+A vehicle is *late* if other vehicles have passed it over for a while. The last slot of the place that it
+wants is kept for it. Once that place has a slot, its crossing is kept too: a long crossing is hardly ever
+clear by itself, and vehicles with a shorter crossing would take each slot that becomes free. Of two late
+vehicles in each other's way, the older request keeps its crossing. So each vehicle waits only for older
+requests.
 
-A vehicle that has waited for very long is *served*. `loopgate.gates.certified.service` names its *mover*: the
-vehicle whose move brings the served one nearer to its grant. Slots and way are kept for the mover, and no
-negotiation passes it over. If the way leads on from a circle of places, no vehicle but the mover enters a
-place that the rule has looked at, until the served vehicle has its grant. Several vehicles are served at the
-same time if the rule looks at different places for each; else the older goes first. `docs/proofs/roads.md`
-proves that each request is granted after finitely many moves.
+A vehicle that has waited very long is *served*. `loopgate.gates.certified.service` names its *mover*: the
+vehicle whose move brings the served vehicle nearer to its grant. Slots and crossing are kept for the mover,
+and no negotiation passes it over. If the places on the way to the grant lead on from a circle, only the mover
+may enter one of these places until the served vehicle has its grant. Several vehicles are served at the same
+time if the rule looks at different places for each; otherwise the older request goes first.
+`docs/proofs/roads.md` proves that each request is granted after finitely many moves.
 """
 
 from __future__ import annotations
@@ -23,32 +24,32 @@ from loopgate.control.places import Movement, Place, Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
 PATIENCE_S: Final = 60.0
-"""How long a request is passed over before others have to let it pass [s]."""
+"""A request is late if it has been passed over for this long [s]."""
 
 SHORT_OF_SLOTS_S: Final = 30.0
-"""How old a request is that finds no slot when those who could leave one get more attention [s]."""
+"""A request that finds no slot for this long makes the vehicles late sooner that could leave one [s]."""
 
 PATIENCE_THERE_S: Final = 10.0
-"""How long these are passed over [s]."""
+"""These vehicles are late if they have been passed over for this long [s]."""
 
 GIVES_WAY_S: Final = 10.0
-"""How long one that the chain rule has refused keeps nothing for itself [s]."""
+"""A vehicle that the chain rule has refused keeps nothing for itself for this long [s]."""
 
 PASSED_OVER: Final = ("crossing", "occupied")
-"""Refusals of a vehicle that others pass over."""
+"""Reasons of refusals because of which other vehicles pass a vehicle over."""
 
 _THROUGH_RED_S: Final = 120.0
-"""After this long a mover's way is kept clear though a light or ordinary traffic holds it [s]."""
+"""After this long as a mover, its crossing is kept even if a light or ordinary traffic holds it [s]."""
 
 
 def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse the last slot, or a way, that is kept for another vehicle."""
+    """Refuse the last slot of a place, or a crossing, that is kept for another vehicle."""
     wanted = vehicle.wanted()
     if wanted is None:
         return None
     free = wanted.slots - len(wanted.bodies)
     if wanted.mover is not None and wanted.mover is not vehicle:
-        # One with room behind it leaves a mover a slot more: nobody is short of the one that it gives back.
+        # From a place that is not full: no vehicle needs the slot that it gives back, so it leaves one more.
         here = vehicle.leg.place
         leaves = 2 if len(here.line) < here.slots else 1
         if wanted.barred or free <= leaves:
@@ -64,27 +65,27 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
 
 
 class Keeping:
-    """Says in each step, before requests are answered, what is kept for which vehicle."""
+    """Decides in each step, before requests are answered, what is kept for which vehicle."""
 
     def __init__(self, waiting: Iterable[Vehicle]) -> None:
         self._waiting = waiting
-        """Those that wait, oldest request first."""
+        """The vehicles that wait, oldest request first."""
         self._places: list[Place] = []
         self._movements: list[Movement] = []
         self._turned: dict[Vehicle, list[Place]] = {}
-        """By served vehicle whose way leads on from a circle: all places on the way so far."""
+        """By served vehicle whose places lead on from a circle: all these places so far."""
         self._named_s: dict[Vehicle, float] = {}
-        """Since when a vehicle is a mover [s]."""
+        """Since when each mover is one [s]."""
         self.most_served = 0
         self.serve_after_s = PATIENCE_S
-        """The age from which on the oldest requests are served [s]."""
+        """Age from which the oldest requests are served [s]."""
         self.outside: Sequence[Rule] = ()
-        """The rules about what comes from outside: no way is kept clear for a mover that one refuses."""
+        """The rules about lights and ordinary traffic: no crossing is kept for a mover that they refuse."""
         self.is_behind: Callable[[Vehicle], bool] = lambda _: False
-        """Whether a vehicle is behind on its loop: then it is passed over for less long."""
+        """Returns whether a vehicle is behind on its loop: then it is late sooner."""
 
     def look(self, now_s: float) -> None:
-        """Keep slots and ways for those that are late or served now, and for nobody else."""
+        """Keep slots and crossings for the vehicles that are late or served now, and release all others."""
         held = {mover for mover in self._named_s if mover.asks and self._is_held(mover, now_s)}
         for place in self._places:
             place.kept_for = place.mover = None
@@ -98,14 +99,14 @@ class Keeping:
         self._serve(held, now_s)
 
     def _is_held(self, mover: Vehicle, now_s: float) -> bool:
-        """Return whether something outside keeps a mover from its move."""
+        """Return whether a light, ordinary traffic or an incident keeps a mover from its move."""
         for rule in self.outside:
             if rule(mover, now_s) is not None:
                 return True
         return mover.withheld != ""
 
     def _late(self, now_s: float) -> list[Vehicle]:
-        """Return the vehicles that others have to let pass, oldest request first."""
+        """Return the late vehicles, oldest request first."""
         old: list[Vehicle] = []
         short: set[Place] = set()
         for vehicle in self._waiting:
@@ -127,7 +128,7 @@ class Keeping:
         return [vehicle for _, _, vehicle in late]
 
     def _keep_for(self, vehicle: Vehicle) -> None:
-        """Keep the last slot for a vehicle, and its way if a slot is left, unless they are kept already."""
+        """Keep the last slot for a vehicle, and its crossing if it finds a slot, unless already kept."""
         wanted = vehicle.wanted()
         if wanted is None:
             return
@@ -147,7 +148,7 @@ class Keeping:
                     self._movements.append(movement)
 
     def _serve(self, held: set[Vehicle], now_s: float) -> None:
-        """Keep slots and ways for the movers of those that have waited for very long, oldest first."""
+        """Keep slots and crossings for the movers of served vehicles, oldest request first."""
         named_s, self._named_s = self._named_s, {}
         turned, self._turned = self._turned, {}
         for before in named_s:
@@ -164,7 +165,7 @@ class Keeping:
                 continue
             places.append(end)
             if any(place.mover is not None for place in places):
-                continue  # the way of an older one leads there
+                continue  # the places of an older request lead there
             turns = vehicle in turned or len(closes(last)) > 0
             if turns:
                 places += [place for place in turned.get(vehicle, []) if place.mover is None]
@@ -179,7 +180,7 @@ class Keeping:
         self.most_served = max(self.most_served, len(self._named_s))
 
     def _clear_way(self, mover: Vehicle) -> None:
-        """Let nobody set out across a mover's way, unless an older one's mover needs that."""
+        """Keep a mover's crossing clear, unless the mover of an older request needs a part of it."""
         wanted, passes = mover.wanted(), mover.leg.passes
         if wanted is None or wanted.is_full():
             return

@@ -225,7 +225,7 @@ class Ledger(Holdings):
         self.log.append((GRANTED, vehicle, after.place, "", self.stage_of(vehicle)))
         self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
-        if was_settled:  # else it still leaves an earlier place
+        if was_settled:  # otherwise it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
             trip = Trip(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)

@@ -1,4 +1,4 @@
-"""Places, crossings, paths and vehicles, as plain objects that know one another."""
+"""Places, movements, paths and vehicles, as plain objects that know one another."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from loopgate.control.motion import braking_m
 from loopgate.control.roads import Lookout, Stretch
 
 MARGIN_M: Final = 1.0
-"""Room kept beyond the braking distance when a vehicle asks [m]."""
+"""A vehicle asks when its stop line is nearer than its braking distance plus this margin [m]."""
 
 TOLERANCE_M: Final = 0.5
-"""Rounding allowed before a front beyond its line counts as one [m]."""
+"""A front up to this far beyond its stop line does not count as beyond it [m]."""
 
 
 class Place:
     """A piece of road where vehicles stand in line; the first in line leaves it first.
 
-    `slots`: how many vehicles fit. `line`: the vehicles whose last grant it is, first in line first.
-    `bodies`: those that hold a slot, from their grant until their rear is out, in that order. `waiting`:
-    vehicles elsewhere whose request is looked at again when a vehicle leaves the line or its rear is out.
-    `kept_for`: whose the last slot is. `mover`: whose it is before that, since its move lets a served vehicle
-    go on; `barred`: whether no other vehicle may come in at all. `shut`: whether nobody comes in for now.
-    `outside`: how many wait to depart there, or in places before it up to the junction.
+    `slots`: how many vehicles fit. `line`: the vehicles whose last grant is this place, first in line first.
+    `bodies`: the vehicles that hold a slot, from their grant until their rear has left, in the order of the
+    road. `waiting`: vehicles elsewhere that are woken when a vehicle leaves the line or a rear leaves the
+    place. `kept_for`: the vehicle for which the last slot is kept. `mover`: the vehicle for which slots are
+    kept because its move lets a served vehicle go on. `barred`: whether only the mover may enter. `shut`:
+    whether no vehicle may enter for now. `outside`: how many vehicles wait to depart here, or in places
+    before up to the junction.
     """
 
     __slots__ = (
@@ -48,9 +49,10 @@ class Place:
 
 
 class Movement:
-    """A way over a junction.
+    """A way over a junction, between two lanes.
 
-    `beside`: the other ways out of the same place. `kept_for`: who alone may set out on it, if anybody.
+    `beside`: the other movements out of the same place. `kept_for`: the only vehicle that may set out on it
+    now, if any.
     """
 
     __slots__ = ("beside", "junction", "kept_for", "name")
@@ -63,7 +65,7 @@ class Movement:
 
 
 class Junction:
-    """Movements that conflict, directly or by others between them. `trips`: who is under way over them."""
+    """Movements that conflicts link, directly or not. `trips`: the grants over them that still hold."""
 
     __slots__ = ("trips",)
 
@@ -72,10 +74,11 @@ class Junction:
 
 
 class Foe:
-    """What a movement shares with another: from where to where, in metres behind the line before it.
+    """The stretch that a movement shares with a conflicting movement, from `from_m` to `to_m` [m].
 
-    `to_m` is infinite where the other is in the way all along. `soonest_s`: the least time at the limits from
-    the line to there. `least`: the lowest limit on the way. `mean`: the mean speed as far as its end.
+    Distances count from the stop line before the movement. `to_m` is infinite if the foe is in the way all
+    along. `soonest_s`: the shortest time at the speed limits from the stop line to the stretch [s]. `least`:
+    the lowest limit before the stretch [m/s]. `mean`: the mean of the limits up to its end [m/s].
     """
 
     __slots__ = ("from_m", "least", "mean", "movement", "soonest_s", "to_m")
@@ -92,12 +95,12 @@ class Foe:
 
 
 class Pass:
-    """A movement as it lies behind a leg.
+    """A movement that follows a leg on a path.
 
-    `speed`: the lowest limit on it [m/s]. `wait_m`: how far behind the line SUMO may last let a vehicle wait.
-    `ahead_m`: how far behind the line it begins. `first`: whether it is the first behind the line. `signal`:
-    the light before it, if vehicles obey one. `foes`: by movement. `lookout`: what of ordinary traffic
-    vehicles look out for on it.
+    `speed`: the lowest speed limit on it [m/s]. `wait_m`: the last position at which SUMO may let a vehicle
+    wait [m]. `ahead_m`: where it begins [m]; both count from the stop line. `first`: whether it is the first
+    movement after the stop line. `signal`: the light before it, if vehicles obey one. `foes`: the shared
+    stretches, by movement. `lookout`: what a vehicle checks about ordinary traffic.
     """
 
     __slots__ = ("ahead_m", "first", "foes", "lookout", "movement", "signal", "speed", "wait_m")
@@ -123,11 +126,11 @@ class Pass:
 
 
 class Leg:
-    """A place on a path, from where to where in arc length [m], and what lies behind it.
+    """A place on a path, from `begin_m` to `end_m` in arc length [m], and the crossing after it.
 
-    `after`: the leg that follows it; None where the path ends. `passes`: the crossing between the two.
-    `number`: its position on the path. `guided`: whether vehicles are steered between the two. `stretch`:
-    where it lies on the road, if there is ordinary traffic. `slot_m`: the room that a vehicle needs [m].
+    `after`: the next leg; None where the path ends. `passes`: the movements between the two. `number`: index
+    on the path. `guided`: whether vehicles are steered between the two. `stretch`: where it lies on the road,
+    if there is ordinary traffic. `slot_m`: the length that a vehicle needs [m].
     """
 
     __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place", "slot_m", "stretch")
@@ -145,12 +148,12 @@ class Leg:
 
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
-    """Return the legs over `places`, at least one; on a `closed` path the first follows the last."""
+    """Return the legs over `places`, at least one; on a `closed` path the last leads to the first."""
     return joined([Leg(place, number) for number, place in enumerate(places)], closed=closed)
 
 
 def joined(legs: list[Leg], *, closed: bool) -> list[Leg]:
-    """Let each leg follow the one before it, and the first the last if the path is `closed`."""
+    """Link each leg to the next, and the last to the first if the path is `closed`; return the legs."""
     for number in range(1, len(legs)):
         legs[number - 1].after = legs[number]
     if closed:
@@ -159,7 +162,11 @@ def joined(legs: list[Leg], *, closed: bool) -> list[Leg]:
 
 
 class Body:
-    """A vehicle in a place. Its front came in at `begin_m`; its rear is out when its front is at `out_m`."""
+    """A slot of a place that a vehicle holds.
+
+    `begin_m`: arc length of the front when it enters the place [m]. `out_m`: arc length of the front when the
+    rear has left the place [m].
+    """
 
     __slots__ = ("begin_m", "out_m", "place", "vehicle")
 
@@ -171,12 +178,13 @@ class Body:
 
 
 class Trip:
-    """A grant over one movement.
+    """A vehicle's grant over one movement.
 
-    `line_m`: where the line before it is on the vehicle's way. `clear_m`: its rear is over when its front is
-    there. `number`: the how manieth grant it was. `into`: the vehicle's body in the place behind. `leg`: the
-    leg before it. `light_m`: where its light is, if it has one; `lit`: whether the front is past that;
-    `committed`: whether it drives on there at amber, once that is `known`. `stood`: whether it stood there.
+    `line_m`: arc length of the stop line before it [m]. `clear_m`: arc length of the front when the rear is
+    over the crossing [m]. `number`: the number of the grant. `into`: the vehicle's slot in the place after
+    it. `leg`: the leg before it. `light_m`: arc length of its light [m]. `lit`: whether the front is past the
+    light. `committed`: whether the vehicle drives on at amber there; valid once `known`. `stood`: whether the
+    vehicle stood at the light.
     """
 
     __slots__ = (
@@ -197,10 +205,10 @@ class Trip:
 
 
 class Make:
-    """What a vehicle is like: length [m], acceleration and deceleration [m/s2], top speed [m/s].
+    """Properties of a vehicle: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
-    `haste`: its speed factor, at least one: 1.2 is 20 % over the limits. `foreseen`: whether the time can be
-    predicted at which it clears a crossing.
+    `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `foreseen`: whether the time at which
+    it clears a crossing can be predicted.
     """
 
     __slots__ = ("accel", "decel", "foreseen", "haste", "length_m", "top")
@@ -216,32 +224,37 @@ class Make:
         self.haste: Final = haste
 
     def with_top(self, top: float) -> Make:
-        """Return the same with another top speed [m/s]."""
+        """Return the same properties with another top speed [m/s]."""
         return Make(self.length_m, self.accel, self.decel, top, self.haste, foreseen=self.foreseen)
 
 
 POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
-"""A vehicle without a body, for systems that lie on no road."""
+"""A vehicle without length, for systems that lie on no road."""
 
 
 class Vehicle:
-    """A vehicle, where it is, and the last leg that was granted to it.
+    """A vehicle in the ledger: its request, what it holds, and where it is on its endless path.
 
-    `number`: no other vehicle ever has it. `row`: where it is in the lists of its driver.
-    `asks`: whether it waits for an answer. `reason`: why it was refused last, or "". `since_s`: when it
-    asked; `request`: the how manieth request that is. `held`: whether it is to stop at its line; `halted`:
-    whether it stands there. `near`: whether it is looked at in each step until it asks. `woken`: whether it
-    is to be looked at; `answered`: whether its request was looked at. `mover`: whether its move lets a served
-    vehicle go on. `front_m`, `speed`: where its front is
-    on its endless way [m], and how fast it is [m/s]. `line_m`: where the leg ends. `bodies`, `trips`: what it
-    holds, in the order of its way. `back_m`: where its front is when it gives the first of these back.
-    `watchers`: who is looked at again once its front is so far. `due_m`:
-    where something is to be done next. `blocked_s`: when the chain rule refused it last. `refused_s`: since
-    when it is refused, by reason. `steered`: whether it is led to a lane, and asks for nothing. `stop_m`:
-    where it stops next by itself [m]. `parks`: whether it stands beside its lane there and holds its slot.
-    `beside`: whether it stands there and holds none, or is not yet back on the road. `withheld`: why it
-    is granted nothing for now, whatever the other rules say; or "". `astray`: whether it was
-    seen past the end of its last granted leg.
+    `number`: no other vehicle ever has it. `row`: index in the lists of `Driving`.
+
+    The request: `asks`: whether it waits for an answer. `since_s`: when it asked [s]. `request`: the number
+    of the request. `answered`: whether an answer has looked at it. `woken`: whether the next answer looks at
+    it. `reason`: why it was last refused, or "". `refused_s`: since when it is refused, by reason [s].
+    `blocked_s`: when the chain rule last refused it [s]. `mover`: whether its move lets a served vehicle go
+    on. `withheld`: why it gets no grant for now, or "".
+
+    What it holds: `leg`, `granted`: the last granted leg, and its number on the endless path. `bodies`,
+    `trips`: its slots and its grants over movements, in the order of its path. `back_m`: arc length of its
+    front at which it gives the first slot back [m].
+
+    Where it is: `front_m`, `speed`: arc length of its front [m] and speed [m/s]. `line_m`: arc length of its
+    stop line, the end of the last granted leg [m]. `due_m`: arc length at which the ledger must act next [m].
+    `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
+    is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
+    `steered`: whether it is led to a lane, and makes no request. `stop_m`: arc length at which it stops by
+    itself [m]. `parks`: whether it stands there beside its lane and holds its slot. `beside`: whether it
+    holds no slot, because it is parked or not yet back on the road. `astray`: whether it was last seen beyond
+    its stop line.
     """
 
     __slots__ = (
@@ -283,28 +296,28 @@ class Vehicle:
         self.longest_s = 0.0
 
     def stops_here(self) -> bool:
-        """Return whether it is to stop by itself, or does, before the end of its last granted leg."""
+        """Return whether it stops by itself before its stop line."""
         return self.stop_m < self.line_m
 
     def idles(self) -> bool:
-        """Return whether it goes nowhere for now by itself, so that nothing is to be kept for it."""
+        """Return whether it stays where it is for now, so that nothing should be kept for it."""
         return self.withheld == "stop" or self.stops_here()
 
     def is_settled(self) -> bool:
-        """Return whether it is in one place, and holds nothing else."""
+        """Return whether it is in one place in full length, and holds nothing else."""
         return len(self.bodies) == 1 and not self.trips and self.front_m >= self.bodies[0].begin_m
 
     def trespasses(self) -> bool:
-        """Return whether its front is past the end of its last granted leg."""
+        """Return whether its front is beyond its stop line, which is the end of its last granted leg."""
         return self.front_m > self.line_m + TOLERANCE_M
 
     def begins_to_trespass(self) -> bool:
-        """Return whether its front is past that end, and was not when this was asked before."""
+        """Return whether its front is beyond its stop line now and was not at the last call."""
         before, self.astray = self.astray, self.trespasses()
         return self.astray and not before
 
     def left_m(self) -> float:
-        """Return how far it is from there [m]."""
+        """Return the distance to its stop line [m]."""
         return self.line_m - self.front_m
 
     def wanted(self) -> Place | None:
@@ -313,7 +326,7 @@ class Vehicle:
         return None if after is None else after.place
 
     def go_on(self, after: Leg) -> None:
-        """Let its last granted leg be the one after."""
+        """Make the next leg the last granted leg."""
         if after.number <= self.leg.number:
             self.laps_m += self.lap_m
         self.granted += 1
@@ -321,7 +334,7 @@ class Vehicle:
         self.line_m = self._end_m()
 
     def turn_off(self, leg: Leg, make: Make, lap_m: float) -> float:
-        """Go on by another path from a leg in its place; return how much more arc lengths are on it [m]."""
+        """Change to another path at a leg in its place; return how much larger arc lengths are there [m]."""
         by_m = leg.end_m - self.line_m
         self.leg, self.granted, self.make, self.lap_m, self.laps_m = leg, leg.number, make, lap_m, 0.0
         self.line_m = self._end_m()
@@ -331,23 +344,23 @@ class Vehicle:
         return by_m
 
     def after_begins_m(self, after: Leg) -> float:
-        """Return the arc length at which leg `after`, the one behind the last granted leg, begins [m]."""
+        """Return the arc length at which the leg after the last granted leg begins [m]."""
         return (self.laps_m if after.number > self.leg.number else self.laps_m + self.lap_m) + after.begin_m
 
     def _end_m(self) -> float:
-        """Return where its last granted leg ends [m]: never if that is the only one."""
+        """Return the arc length at which the last granted leg ends [m]; infinite if it is the only leg."""
         return inf if self.leg.after is self.leg else self.laps_m + self.leg.end_m
 
     def asks_from_m(self) -> float:
-        """Return the earliest point at which it may have to ask [m], with steps of a second at most."""
+        """Return the first arc length at which it may have to ask, with steps of up to a second [m]."""
         top = self.make.top
         return self.line_m - top - braking_m(top, self.make.decel, 1.0) - MARGIN_M
 
     def gives_back_m(self) -> float:
-        """Return where its front is when it gives its first slot back [m]; infinite if it holds one only.
+        """Return the arc length of its front at which it gives its first slot back [m].
 
-        It does so once its rear is out of a full place, and else over the crossing behind: nobody waits for
-        a slot while there are others.
+        If that place is full, this is where its rear leaves the place; otherwise where its rear is over the
+        crossing, since no vehicle waits for a slot while others are free. Infinite if it holds one slot only.
         """
         if len(self.bodies) > 1:
             first = self.bodies[0]
@@ -357,7 +370,7 @@ class Vehicle:
         return inf
 
     def must_ask(self, step_s: float) -> bool:
-        """Return whether the next step could take it past the point where it must brake."""
+        """Return whether the next step could take it beyond the point where it must brake."""
         make = self.make
         fast = min(make.top, self.speed + make.accel * step_s)
         return self.line_m - self.front_m < fast * step_s + braking_m(fast, make.decel, step_s) + MARGIN_M

@@ -1,11 +1,12 @@
 """Slows refused vehicles down early, so that they arrive at their stop lines rolling.
 
-A vehicle that stands at its line starts from zero when it is granted, and is over the junction later than a
-vehicle that comes at speed. So where other vehicles are in the way of a refused vehicle, `Rolling` predicts
-when they will have passed, and slows the vehicle so that it is before its line about then.
+A vehicle that stands at its stop line starts from zero when it gets its grant, and clears the junction later
+than a vehicle that arrives at speed. So while other vehicles are in the way of a refused vehicle, `Rolling`
+predicts when they will have passed. It slows the vehicle so that it is before its stop line about then.
 
-The rules of the ledger do not change: a slowed vehicle holds no grant and keeps the stop at its line. It is
-slowed only while its place has a free slot, so that vehicles behind it fit in, and for half a minute at most.
+The rules of the ledger do not change: a slowed vehicle holds no grant, and still stops at its stop line. It
+is slowed only while its place has a free slot, so that vehicles behind it have space, and for half a minute
+at most.
 """
 
 from __future__ import annotations
@@ -20,25 +21,25 @@ from loopgate.control.places import Make, Vehicle
 from loopgate.traffic.base import Traffic
 
 MOST_S: Final = 30.0
-"""A vehicle whose request is older drives up to its line [s]."""
+"""A vehicle whose request is older than this drives up to its stop line [s]."""
 
 AHEAD_S: Final = 3
-"""Vehicles are predicted for so many seconds. A vehicle that is in the way then is taken to go soon after."""
+"""Vehicles are predicted for this long [s]. A vehicle that is in the way then is assumed to go soon after."""
 
 _AT_LINE_M: Final = 1.0
-"""A vehicle so near to its line is not slowed [m]."""
+"""A vehicle this near to its stop line is not slowed [m]."""
 
 _OVER_M: Final = 20.0
-"""A vehicle is slowed if so it will be this far behind its line earlier [m]."""
+"""A vehicle is slowed if that brings it to this distance behind its stop line earlier [m]."""
 
 _EARLIER_S: Final = 0.05
-"""By so much earlier at least [s]."""
+"""It must be earlier by at least this time [s]."""
 
 _PACE: Final = 0.75
-"""The share of their acceleration that vehicles are predicted to use."""
+"""Share of their acceleration that vehicles are predicted to use."""
 
 _SPEEDS: Final = 7
-"""How many speeds are compared."""
+"""Number of speeds that are compared."""
 
 
 class Rolling:
@@ -50,17 +51,17 @@ class Rolling:
         self._slowed: dict[Vehicle, None] = {}
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Take note that the vehicle is in the ledger no longer."""
+        """Drop a vehicle that has left the ledger."""
         self._slowed.pop(vehicle, None)
 
     def lift(self) -> None:
-        """Lift the limits of the step before; called first in each step."""
+        """Lift the speed limits of the last step; call it first in each step."""
         for vehicle in self._slowed:
             self._traffic.keep_to(vehicle.name, None)
         self._slowed.clear()
 
     def look(self) -> None:
-        """Slow vehicles in the next step; called once in each step, after all answers."""
+        """Set speed limits for the next step; call it once in each step, after all answers."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         for vehicle in self._brakes.braking if self.on else ():
             if not may_be_slowed(vehicle, now_s, step_s):
@@ -72,7 +73,7 @@ class Rolling:
 
 
 def may_be_slowed(vehicle: Vehicle, now_s: float, step_s: float) -> bool:
-    """Return whether a vehicle waits only for its crossing, and delays no other vehicle if it hangs back."""
+    """Return whether a vehicle waits only for its crossing, and delays no vehicle by driving slowly."""
     if not vehicle.asks or vehicle.reason != "crossing" or now_s - vehicle.since_s > MOST_S:
         return False
     if vehicle.leg.place.is_full() or not vehicle.is_settled() or vehicle.stops_here():
@@ -84,8 +85,8 @@ def may_be_slowed(vehicle: Vehicle, now_s: float, step_s: float) -> bool:
 def free_in_s(vehicle: Vehicle, now_s: float, step_s: float) -> int:
     """Predict in how many seconds no vehicle is in the way of a refused vehicle.
 
-    Return 1 to `AHEAD_S`, or one more if a vehicle is in the way then. The refused vehicle is predicted to
-    brake for its line as late as it can, the other vehicles to drive on.
+    The result is 1 to `AHEAD_S`, or one more if a vehicle is still in the way then. The prediction lets the
+    refused vehicle brake for its stop line as late as it can, and the other vehicles drive on.
     """
     others: dict[Vehicle, tuple[float, float]] = {}
     for over in vehicle.leg.passes:
@@ -97,7 +98,7 @@ def free_in_s(vehicle: Vehicle, now_s: float, step_s: float) -> int:
     front_m, speed = vehicle.front_m, vehicle.speed
     steps = max(1, round(1.0 / step_s))
     free_s = 1
-    # The fronts and speeds are put ahead for `in_the_way`, and put back at the end.
+    # Fronts and speeds are moved ahead for `in_the_way`, and restored at the end.
     while free_s <= AHEAD_S:
         for _ in range(steps):
             for other in others:
@@ -114,7 +115,7 @@ def free_in_s(vehicle: Vehicle, now_s: float, step_s: float) -> int:
 
 
 def _drive_on(other: Vehicle, step_s: float) -> None:
-    """Put a vehicle ahead by a step; a held vehicle stays."""
+    """Move a vehicle ahead by one step; a held vehicle stays."""
     make = other.make
     if other.trips:
         fast = min(other.speed + _PACE * make.accel * step_s, max(other.speed, other.trips[0].over.speed))
@@ -128,17 +129,17 @@ def _drive_on(other: Vehicle, step_s: float) -> None:
 
 
 def _next(left_m: float, speed: float, most: float, make: Make, step_s: float) -> float:
-    """Return the speed in the next step of a vehicle `left_m` before its line that keeps to `most` [m/s]."""
+    """Return the speed in the next step of a vehicle `left_m` before its stop line, at most `most` [m/s]."""
     fast = min(speed + _PACE * make.accel * step_s, make.top, most)
     fast = min(fast, safe_speed(max(0.0, left_m), make.decel, step_s))
     return max(fast, speed - make.decel * step_s, 0.0)
 
 
 def best_speed(vehicle: Vehicle, free_s: int, step_s: float) -> float:
-    """Return the limit in the next step with which a vehicle gains most if it is granted in `free_s` [m/s].
+    """Return the speed limit for the next step that helps a vehicle most [m/s].
 
-    It is infinite if the vehicle does not gain by one. The vehicle keeps to the limit for some of the
-    seconds.
+    The vehicle gets its grant in `free_s` seconds, and keeps to the limit for some of them. The result is
+    infinite if no limit helps.
     """
     if free_s <= 1:
         return inf
@@ -157,9 +158,9 @@ def best_speed(vehicle: Vehicle, free_s: int, step_s: float) -> float:
 def _over_s(
     left_m: float, speed: float, most: float, keeps: int, steps: int, make: Make, step_s: float
 ) -> float:
-    """Return how long after a grant a vehicle is over the junction [s].
+    """Return how long after its grant a vehicle is `_OVER_M` behind its stop line [s].
 
-    The vehicle is granted in so many `steps`, and keeps to `most` [m/s] in the first `keeps` of them.
+    The grant comes after `steps` steps; in the first `keeps` of them the vehicle keeps to `most` [m/s].
     """
     for step in range(steps):
         speed = _next(left_m, speed, most if step < keeps else inf, make, step_s)

@@ -1,6 +1,6 @@
-"""Rules: each a function that says why a vehicle may not go on now, or nothing.
+"""The rules: each is a function that returns why a vehicle may not go on now, or None.
 
-A rule takes a vehicle that heads its line, and the time [s]. It changes nothing.
+A rule takes a vehicle that is first in its line, and the time [s]. It changes nothing.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from loopgate.control.refusal import CHAIN, Refusal, Rule
 
 
 def stop(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse before a stop of the vehicle's own."""
+    """Refuse a vehicle with a stop of its own before its stop line."""
     if vehicle.stops_here():
         return Refusal("stop", passed=vehicle, passed_m=vehicle.stop_m)
     return None
 
 
 def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse where the next place has no slot free, or vehicles stop so early in it that none fits behind."""
+    """Refuse a vehicle whose next place has no free slot, or no space behind a vehicle that stops there."""
     wanted = vehicle.wanted()
     if wanted is None:
         return None
@@ -33,10 +33,10 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
         return Refusal("occupied", [wanted])
     for ahead, other in enumerate(reversed(wanted.line)):
         if other.stop_m >= other.line_m:
-            continue  # as `stops_here`, which is asked for each vehicle in the line
+            continue  # as `stops_here`, written out since it is asked for each vehicle in the line
         leg = other.leg
         space_m = other.stop_m - other.line_m + leg.end_m - leg.begin_m
-        # One that leaves its lane would be passed, and would no longer be first when it comes back.
+        # A vehicle that parks would be passed, and would not be first in line when it returns.
         if other.parks or (ahead + 2) * leg.slot_m > space_m:
             return Refusal("stop", [wanted], outside=True)
     return None
@@ -46,7 +46,7 @@ _CROSSING: Final = Refusal("crossing")
 
 
 def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
-    """Refuse where a vehicle under way on the crossing is in the way."""
+    """Refuse a vehicle while another vehicle with a grant is in its way on the crossing."""
     other = in_the_way(vehicle, now_s)
     if other is None:
         return None
@@ -56,14 +56,14 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
 
 
 def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse a move that would close a circle of full places, or lead into one that is there."""
+    """Refuse a move that would close a circle of full places, or lead into such a circle."""
     return Refusal("deadlock", stage=CHAIN) if full_after(vehicle).circle() else None
 
 
 def usual(outside: Sequence[Rule] = (), last: Rule = chain) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 
-    `outside`: about what comes from outside, as `loopgate.control.lights.light`. `last`: what decides where
-    all others let a vehicle go.
+    `outside`: the rules about lights, spacing and ordinary traffic. `last`: the rule that decides about
+    vehicles that no other rule refuses.
     """
     return [stop, room, kept, crossing, *outside, withheld, last]
