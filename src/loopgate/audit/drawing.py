@@ -13,7 +13,8 @@ import shapely
 
 from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.drawn_bodies import NEAR_M, LaneOnWay, draw_bodies, drawn_alike, find_ways
-from loopgate.audit.layout import Layout
+from loopgate.audit.layout import Layout, ground_key
+from loopgate.cache import Cache
 
 _LEAST_M = 0.1
 """Shorter stretches are corners that touch [m]."""
@@ -82,7 +83,17 @@ def find_meetings(layout: Layout) -> list[Meeting]:
     A body is a rectangle from its front towards where its rear is on its way. Bodies on one lane are left to
     SUMO, those on lanes beside each other on one edge too. Ways on which bodies look the same are drawn once;
     who follows whom depends on where they come from and go to, so that is asked for each two of them.
+
+    Those of the last layout are kept: runs of one demand under several gates, or from several starts, have
+    the same.
     """
+    return _KEPT.get(ground_key(layout), lambda: _find_meetings(layout))
+
+
+_KEPT: Cache[list[Meeting]] = Cache(1)
+
+
+def _find_meetings(layout: Layout) -> list[Meeting]:
     numbers: dict[str, int] = {}
     ways = find_ways(layout, numbers)
     names = list(numbers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
@@ -121,6 +122,13 @@ def write_layout(layout: Layout, file: Path) -> None:
     """
     with writing(file):
         file.write_text(json.dumps(layout, default=_by_field) + "\n", encoding="utf-8")
+
+
+def ground_key(layout: Layout) -> str:
+    """Return a hash of the loops, the lanes and the sizes of vehicles, whichever vehicle starts where."""
+    sizes = sorted({(v.loop, v.length_m, v.width_m, v.jointed) for v in layout.vehicles.values()})
+    content = (layout.loops, sizes, layout.shapes, layout.heights, layout.unregulated)
+    return hashlib.sha256(json.dumps(content, default=_by_field).encode()).hexdigest()
 
 
 def _by_field(part: DataclassInstance) -> dict[str, Any]:

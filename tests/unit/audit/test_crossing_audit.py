@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from loopgate.audit import Layout, PositionAudit, audit_positions, position_table, read_layout, write_layout
+from loopgate.audit import (
+    Layout,
+    PositionAudit,
+    audit_positions,
+    drawing,
+    position_table,
+    read_layout,
+    write_layout,
+)
 from loopgate.audit.bodies import bends, overlapping
 from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetings, lies_above
-from loopgate.audit.drawn_bodies import driven
+from loopgate.audit.drawn_bodies import LaneOnWay, draw_bodies, driven
 from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.audit.position_table import Positions
+from loopgate.cache import Cache
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT_COLUMNS, VEHICLE
 
@@ -305,6 +314,27 @@ def test_without_lanes_inside_junctions_nothing_is_drawn() -> None:
         vehicles={"v1": plan.vehicles["v1"]},
     )
     assert conflicts_by_loop(plan, find_meetings(plan)) == {"a": []}
+
+
+def test_bodies_are_drawn_once_for_the_same_roads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where vehicles start makes no difference to it; how long they are does."""
+    drawn: list[int] = []
+
+    def counted(plan: Layout, ways: Sequence[LaneOnWay]) -> object:
+        drawn.append(1)
+        return draw_bodies(plan, ways)
+
+    monkeypatch.setattr(drawing, "draw_bodies", counted)
+    monkeypatch.setattr(drawing, "_KEPT", Cache(1))
+    plan = layout()
+    body = dataclasses.replace(plan.vehicles["v1"], start_m=1.0)
+    elsewhere = dataclasses.replace(plan, vehicles={**plan.vehicles, "v1": body})
+    longer = dataclasses.replace(body, length_m=body.length_m + 7.25)
+    found, again, other = (
+        find_meetings(one)
+        for one in (plan, elsewhere, dataclasses.replace(plan, vehicles={**plan.vehicles, "v1": longer}))
+    )
+    assert (len(drawn), again == found, other == found) == (2, True, False)
 
 
 def test_who_leaves_one_lane_another_way_is_kept_apart_by_right_of_way() -> None:
