@@ -5,7 +5,7 @@ driver passes the stop line before red by the light's program. Each further ligh
 when the vehicle gets there. A light farther than `FAR_M` beyond the stop line does not refuse the grant; it
 stops the vehicle later.
 
-A granted vehicle is committed. It drives on at amber, as SUMO's drivers do who are too near to brake. It
+A granted vehicle is committed. It drives on at amber, like SUMO's drivers that are too near to brake. It
 stops at a red light if it still can, and keeps its grant: the gate has admitted other vehicles because of
 that grant. A vehicle with a grant beyond a light still obeys the light. `on_red` counts the vehicles that
 pass a light on red because they could not brake.

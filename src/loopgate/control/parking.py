@@ -29,10 +29,10 @@ _SOON_STEPS: Final = 3
 SUMO puts it back on the road one step before the stop ends; until then it can be told to stay."""
 
 _GO_STEPS: Final = 2
-"""With so many steps of its stop left, a vehicle is on the road in the next step, if there is a gap."""
+"""With this many steps of its stop left, a vehicle is on the road in the next step, if there is a gap."""
 
 _LONGER_STEPS: Final = 5
-"""A vehicle that must stay parked is told to stay for so many steps more."""
+"""A vehicle that must stay parked is told to stay this many steps more."""
 
 _GAP_M: Final = 2.5
 _REACTION_S: Final = 1.0

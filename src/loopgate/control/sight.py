@@ -17,7 +17,7 @@ HORIZON_S: Final = 20.0
 """The rules look no farther ahead [s]: a vehicle that sets out now is over any junction by then."""
 
 AHEAD: Final = 5
-"""An ordinary vehicle is about to come to an edge that is among so many next edges of its route."""
+"""An ordinary vehicle is about to come to an edge that is among this many next edges of its route."""
 
 _AGAIN_S: Final = 5.0
 """A route is read again after this time, since SUMO may reroute vehicles [s]."""

@@ -19,7 +19,7 @@ from loopgate.control.roads import Edge, Lane, Other, Stretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5
-"""One in so many slots of a place is kept for ordinary vehicles, at least one if the place has three."""
+"""One slot in five of a place is kept for ordinary vehicles, at least one if the place has three slots."""
 
 _GAP_M: Final = 2.5
 """Gap that a standing vehicle keeps to the vehicle ahead: SUMO's default [m]."""

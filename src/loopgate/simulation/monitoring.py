@@ -83,7 +83,7 @@ def write_streets(
 ) -> dict[str, Any]:
     """Write ``streets.parquet`` from the events, and return its figures for the summary.
 
-    Its streets are all edges open to some vehicle's class, those on no loop included.
+    Its streets are all edges open to some vehicle's class, also edges on no loop.
     """
     network, wishes = assembly.network, assembly.wishes
     classes = {start.type.vclass for start in assembly.everybody}

@@ -242,7 +242,7 @@ class Attached:
         return fresh
 
     def _look_at_clock(self) -> None:
-        """Take note of a step; raise `TrafficError` if an earlier state has been loaded."""
+        """Read the clock after a step; raise `TrafficError` if an earlier state has been loaded."""
         self._traffic.look_at_clock()
         now = self._traffic.now_s
         if now < self._latest_s:
