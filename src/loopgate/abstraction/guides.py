@@ -1,4 +1,4 @@
-"""Where SUMO could leave the lane of a loop, and the stops that keep it there."""
+"""Finds where SUMO could leave the lane of a loop, and the stops that keep a vehicle on it."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 
 _SHORTEST_M = 0.5
-"""The shortest lane on which SUMO can be told to stop [m]."""
+"""The shortest lane on which SUMO accepts a stop [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,9 +29,9 @@ class Target:
     lane: int
     """`edge` and `lane`: the lane."""
     end_m: float
-    """Where on it the place, or the stretch for changing, ends [m]."""
+    """Where the place, or the change stretch, ends on the lane [m]."""
     ahead_m: float
-    """How far ahead of the place before it begins [m]."""
+    """Distance from the place before to its beginning [m]."""
     to_lane: int | None = None
     """The lane to change to; None for a place."""
 
@@ -45,16 +45,16 @@ def find_guides(
 ) -> tuple[Guide, ...] | Connection:
     """Find the stops that keep a vehicle on the lanes of its loop from place to place.
 
-    Without them SUMO chooses among the lanes to which a movement leads by what it sees of the route. A
-    vehicle that is to stop on a lane takes the lanes that lead there; where several ways would, there is a
-    stop on each lane in question.
+    Without stops, SUMO chooses among the lanes after a movement by the part of the route that it sees. A
+    vehicle with a stop on a lane takes the lanes that lead there. Where several sequences of lanes lead
+    there, each lane in question gets a stop.
 
-    `course`: what lies ahead, in order; the last is the next place.
+    `course`: the movements and lanes ahead, in order; the last is the next place.
 
     Returns
     -------
     tuple of Guide, or Connection
-        The stops; or the movement to whose lane none can be set, since it is too short.
+        The stops; or the movement whose next lane is too short for a stop.
     """
     guides: list[Guide] = []
     turns: list[Turn] = []
@@ -79,13 +79,13 @@ def find_guides(
 
 
 def _ways(network: RoadNetwork, movement: Connection, vclass: str) -> int:
-    """Return to how many lanes of the next edge the movement's lane leads."""
+    """Return the number of lanes of the next edge to which the movement's lane leads."""
     between = network.between(movement.from_edge, movement.to_edge, vclass)
     return sum(c.from_lane == movement.from_lane for c in between)
 
 
 def _ways_round(network: RoadNetwork, turns: Sequence[Turn], lane: int, vclass: str) -> int:
-    """Return over how many chains of lanes the turns lead to a lane, without changing lanes."""
+    """Return the number of sequences of lanes over which the turns lead to a lane without lane changes."""
     ways = Counter({turns[0].movement.from_lane: 1})
     for turn in turns:
         onward: Counter[int] = Counter()

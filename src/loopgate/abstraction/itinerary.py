@@ -1,4 +1,4 @@
-"""How the states of a robot lie along the loop of its vehicle."""
+"""The states of a robot as parts of the loop of its vehicle."""
 
 import math
 from collections.abc import Mapping
@@ -9,8 +9,8 @@ from loopgate.model import StateId, System
 from loopgate.network.loop import LanePosition, Loop
 
 CLEARANCE_M = 1.0
-"""The length of a state beyond the vehicles and gaps it holds [m]: vehicles stop centimetres off a line, and
-a rear leaves a state between two simulation steps."""
+"""Length of a state beyond the vehicles and gaps in it [m]: vehicles stop centimetres off a line, and a rear
+leaves a state between two simulation steps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,21 +22,22 @@ class Crossing:
     foes: frozenset[str]
     """Movements that must not be under way at the same time. Symmetric."""
     overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
-    """For a foe, between which metres after the ``end_m`` of the leg before it a vehicle on this crossing can
-    touch a vehicle on the foe: the front is in the way from the first on, the rear is out of the way beyond
-    the second. A foe without an entry is in the way all along."""
+    """For a foe, positions after the ``end_m`` of the leg before [m]: of the front from which a vehicle on
+    this crossing can touch a vehicle on the foe, and of the rear beyond which it no longer can. A foe
+    without an entry is in the way all along."""
     speed_mps: float = math.inf
     """Lowest speed limit on the crossing."""
     ahead_m: float = 0.0
-    """How far after the ``end_m`` of the leg before it begins [m]."""
+    """Distance from the ``end_m`` of the leg before to its beginning [m]."""
     wait_m: float = -math.inf
-    """How far after that ``end_m`` SUMO may last let a vehicle wait for one with the right of way: inside the
-    junction, or where that begins; minus infinity where it never does."""
+    """The last position, after that ``end_m``, at which SUMO may let a vehicle wait for a vehicle with the
+    right of way: inside the junction, or at its beginning; minus infinity if there is none [m]."""
     limits: tuple[tuple[float, float], ...] = ()
-    """The speed limits on the way there and on it: from where on [m], as above, and how much [m/s]."""
+    """The speed limits before and on it: position after that ``end_m`` from which each holds [m], and limit
+    [m/s]."""
     from_lane: str = ""
     to_lane: str = ""
-    """`from_lane` and `to_lane`: the lanes before and behind the crossing."""
+    """`from_lane` and `to_lane`: the lanes before and after the crossing."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""
@@ -50,10 +51,10 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Guide:
-    """A stop by which a vehicle is made to take the lanes of its loop.
+    """A stop that makes a vehicle take the lanes of its loop.
 
-    A vehicle that is to stop on a lane drives to that lane and no other. The stop is dropped, before the
-    vehicle has to brake for it as a rule, once it is on the lane, or once it has changed to another one.
+    A vehicle with a stop on a lane drives to that lane. The stop is removed, usually before the vehicle has
+    to brake for it, once the vehicle is on the lane, or has changed to another.
     """
 
     edge: str
@@ -61,14 +62,14 @@ class Guide:
     position_m: float
     """`edge`, `lane` and `position_m`: the stop."""
     from_m: float
-    """Metres after the ``end_m`` of the leg before. Without `to_lane`, the stop has done its work when the
-    front is there; else the vehicle may change lanes from when its rear is there."""
+    """Position after the ``end_m`` of the leg before [m]. Without `to_lane`, the stop is removed when the
+    front is there; otherwise the vehicle may change lanes when its rear is there."""
     to_lane: int | None = None
     """The lane to change to, beside `lane`."""
 
 
 NOWHERE = LanePosition("", 0, 0.0)
-"""Where legs end that are on no road."""
+"""End of legs that are on no road."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,21 +79,21 @@ class Leg:
     state: StateId
     begin_m: float
     end_m: float
-    """The stretch of the loop [m] that is this state; a refused vehicle stops with its front before
-    ``end_m``. ``begin_m`` may be negative or ``end_m`` beyond the loop's length where the state lies across
-    the loop's beginning. ``end_m`` lies on a normal lane, never on an internal lane of a junction (SUMO
-    cannot hold a vehicle there reliably) and not past the lane's last 0.1 m: move it upstream to the stop
-    line, which only lengthens the state behind it."""
+    """The part of the loop that is this state [m]; a refused vehicle stops with its front before ``end_m``.
+    ``begin_m`` may be negative, or ``end_m`` beyond the loop's length, if the state lies across the loop's
+    beginning. ``end_m`` lies on a normal lane, never inside a junction, where SUMO cannot hold a vehicle
+    reliably, and at least 0.1 m before the lane's end. Moving it upstream only lengthens the state behind
+    it."""
     crossings: tuple[Crossing, ...] = ()
     """The crossings between ``end_m`` and the next leg's ``begin_m``; empty where states touch."""
     line: LanePosition = NOWHERE
-    """Position on the road of ``end_m``, where a refused vehicle stops."""
+    """Position of ``end_m`` on the road, where a refused vehicle stops."""
     guides: tuple[Guide, ...] = ()
-    """Stops that keep the vehicle to the lanes of its loop between ``end_m`` and the next leg, in order."""
+    """Stops that keep the vehicle on the lanes of its loop between ``end_m`` and the next leg, in order."""
     slot_m: float = 0.0
     """Length that the longest visitor takes with its gap [m]; 0 if vehicles do not queue here."""
     away: bool = False
-    """Whether the leg is behind the end of an open route: never full, and not on the road."""
+    """Whether the leg is beyond the end of an open route: not on the road, and never full."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,14 +102,14 @@ class Itinerary:
 
     loop: Loop
     legs: tuple[Leg, ...] = ()
-    """The legs in ascending order of ``begin_m``. None for vehicles under no gate."""
+    """The legs in ascending order of ``begin_m``; none for vehicles without a gate."""
     keeps_lane: bool = False
     """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""
 
 
 @dataclass(frozen=True, slots=True)
 class Abstraction:
-    """A system, and for each of its robots how its path lies on the road."""
+    """A system, and the path of each of its robots on the road."""
 
     name: str
     """``segments`` or ``queues``."""

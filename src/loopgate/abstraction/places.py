@@ -1,4 +1,4 @@
-"""The parts of lanes on which vehicles may wait without touching vehicles on other ways, and their slots."""
+"""Finds the parts of lanes where waiting vehicles touch no vehicle on another path, and their slots."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,13 +15,13 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 _BACK_M = 2 * BETWEEN_M
-"""How far from the last body that is touched a waiting one stays [m]: they are looked at so far apart."""
+"""Distance that a waiting body keeps from the last touched body [m]; bodies are checked at this interval."""
 
 _FIRST_M = 7.0
-"""Room before the stop line at the start [m]: a vehicle drives for one step before it can be held."""
+"""Space before the stop line at the start [m]: a vehicle drives one step before it can be held."""
 
 _SPREAD_M = 0.3
-"""The room that standing vehicles keep at the start beyond their gaps [m]."""
+"""Extra space between standing vehicles at the start, beyond their gaps [m]."""
 
 _ROUNDING = 1e-9
 
@@ -34,18 +34,18 @@ class Part(NamedTuple):
 
 
 def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, float]) -> Mapping[str, Part]:
-    """Find on each lane with touches the longest part in which no body touches another way.
+    """Find, for each lane with touches, the longest part in which no body touches another path.
 
-    A body in a part has its rear behind the part's beginning and its front before its end. Stop lines move
-    back from where others swing out over them, and a vehicle counts as under way until its rear is where
-    nobody passes any more. Lanes that are not named are free all along.
+    A body in a part has its rear beyond the part's beginning and its front before its end. Stop lines move
+    back where other vehicles swing out over them. A vehicle counts as under way until its rear is beyond all
+    passing vehicles. Lanes that are not named are free in full length.
 
     Parameters
     ----------
     touches
-        Of all courses that are driven.
+        The touches of all paths.
     tails
-        How far those who turn off swing back over the lane that they leave, see `tails_over` [m].
+        For each lane, how far vehicles that turn off swing back over it, see `tails_over` [m].
     """
     touched: dict[str, list[tuple[float, float]]] = {lane: [] for lane in tails}
     on_roads = np.array([not network.lanes[course.lane].internal for course in touches.paths], dtype=bool)
@@ -63,7 +63,10 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
 
 
 def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
-    """Return the longest part: of each body that touches the front lies beyond it, or the rear before it."""
+    """Return the longest part without touches.
+
+    Each touched body has its front beyond the part, or its rear before it.
+    """
     rows = sorted(fronts)
     best = Part(0.0, 0.0)
     begin = 0.0
@@ -85,10 +88,9 @@ class QueuePlace:
     """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
     length_m: float
     needs: tuple[tuple[float, int], ...]
-    """Lengths of the vehicles that visit it, with their gaps [m], and how many there are of each at most,
-    longest first."""
+    """Lengths of its visitors with their gaps [m], and the largest number of each, longest first."""
     away: bool = False
-    """Whether it is no place on the road, but where all are who have driven a route to its end."""
+    """Whether it stands for the end of an open route, where vehicles have arrived, and is not on the road."""
 
     @property
     def needed_m(self) -> float:
@@ -97,7 +99,7 @@ class QueuePlace:
 
     @property
     def capacity(self) -> int:
-        """The number of slots: how many vehicles fit, if the longest visitors come."""
+        """The number of slots: how many of the longest visitors fit."""
         left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
         held = 0
         for need_m, count in self.needs:
@@ -112,7 +114,7 @@ class QueuePlace:
     def at_start(self) -> int:
         """The number of vehicles that may start on the place: at most one less than its slots.
 
-        With a slot free everywhere no place is full, hence no circle of full places: the start is live.
+        Then no place is full at the start, so there is no circle of full places: the start is live.
         """
         return max(1, min(self.capacity - 1, int(self._first_slot_m / (self.needed_m + _SPREAD_M))))
 

@@ -1,4 +1,4 @@
-"""Survey of loops as queues: the loops that work, their places, crossings and slots."""
+"""Surveys loops as queues: which loops can be cut, and their places, crossings and slots."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -63,12 +63,12 @@ class CrossingSurvey:
     to_lane: str
     junction: str
     stretch: Stretch | None
-    """`junction` and `stretch`: the one of the two that it leads over; the other is empty or None."""
+    """`junction` and `stretch`: the junction or the edge over which it leads; the other is empty or None."""
     length_m: float
     loops: tuple[str, ...]
     """Loops that use the crossing."""
     conflicts: tuple[ConflictSurvey, ...]
-    """With other movements of the loops, by name."""
+    """Its conflicts with other movements of the loops, by name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,10 +136,10 @@ class QueueSurvey:
 
 
 def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
-    """Cut loops into places and crossings; leave out loops that cannot work.
+    """Cut loops into places and crossings; leave out loops that cannot be cut.
 
-    A loop is refused for what is wrong with it alone, or because the long vehicles of others leave it no
-    room; then it is left out, and the rest is looked at again.
+    A loop is refused for a fault of its own, or because long vehicles of other loops leave it no slots. It is
+    then left out, and the rest is surveyed again.
 
     `users`: for each vehicle its loop and its type.
     """
@@ -158,7 +158,7 @@ def survey_queues(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]
 def refused_queues(
     network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]
 ) -> tuple[RefusedLoop, ...]:
-    """Return the loops that cannot work as queues, alone or together.
+    """Return the loops that cannot be cut into queues, alone or together.
 
     `network`, `users`: as for `survey_queues`, which takes several times as long and finds all.
     """
@@ -281,8 +281,8 @@ def _joined(itineraries: Sequence[Itinerary], layout: QueueLayout) -> tuple[Join
 def _even(itineraries: Sequence[Itinerary], at_start: Mapping[str, int]) -> int:
     """Return for how many vehicles, given to the loops in turn, there is a place each at the start.
 
-    A flow from loops through their places to the sink, as large as the vehicles are many; bisection, since
-    fewer vehicles need no more room. O(log n) maximum flows.
+    A flow leads from loops through their places to the sink; it must be as large as the number of vehicles.
+    Fewer vehicles need no more places, so bisection finds the number. O(log n) maximum flows.
     """
     places = {state: k for k, state in enumerate(at_start)}
     count = len(itineraries)

@@ -13,7 +13,7 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 _NEVER_FULL = 2
-"""Slots that are left in the place of those who have arrived when all have."""
+"""Free slots at the end of an open route when all vehicles have arrived."""
 
 
 def make_queues(
@@ -28,31 +28,30 @@ def make_queues(
 ) -> Abstraction:
     """Abstract loops to vehicles that queue on lanes, and place the vehicles.
 
-    A lane that holds at least two vehicles is a place: a FIFO state whose capacity is
-    ``floor(usable length / (vehicle length + gap))``, its longest visitors first. All between two places is
-    crossing: the movements over junctions, stretches for changing lanes, narrow streets, and lanes too short
-    to wait on. A vehicle on a crossing never waits: it takes the whole crossing and a slot of the next place
-    at once.
+    A lane with at least two slots is a place: a FIFO state whose capacity is ``floor(usable length / (vehicle
+    length + gap))``, computed for its longest visitors. Everything between two places is the crossing:
+    movements over junctions, change stretches, narrow streets, and lanes too short to wait on. A vehicle
+    never waits on a crossing: it takes the whole crossing and a slot of the next place at once.
 
-    Raises `ScenarioError` if a loop cannot work as queues, or there are more vehicles than can start; the
-    text says why, and how many can.
+    Raises `ScenarioError` if a loop cannot be cut into queues, or more vehicles are given than can start; the
+    text says why, and how many can start.
 
     Parameters
     ----------
     loops
-        One per vehicle; a loop may come several times.
+        One per vehicle; a loop may occur several times.
     types
         One per vehicle; SUMO's default type for all if empty.
     seed
-        Of the starting places.
+        Seed of the starting places.
     names
         One per vehicle; ``v1``, ``v2``, ... if not given.
     starts_m
-        Arc length of the front for vehicles, by name, whose place is given: they start on that lane, or on
-        the next of their lanes that has room, in line with the others.
+            Arc length of the front for vehicles with a given position, by name: they start on that lane, or
+        on the next of their lanes with a free slot, in line with the others.
     later
-        Loop and type of vehicles that join later: they take no places yet, but places and crossings are
-        theirs too.
+            Loop and type of vehicles that join later. They take no places yet, but their places and crossings
+        are made.
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)
     called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]
@@ -97,10 +96,10 @@ def _told_exactly(
     names: Sequence[str],
     error: TooManyVehiclesError,
 ) -> TooManyVehiclesError:
-    """Return the error with the greatest number of first vehicles that can start.
+    """Return the error with the largest number of first vehicles that can start.
 
-    Without the vehicles after them places may hold more: the longest visitors may be among those, and so
-    may all users of a loop. Room only shrinks with each vehicle, so bisection finds the number.
+    Without the later vehicles, places may have more slots, since the longest visitors may be missing. Slots
+    only become fewer with each vehicle, so bisection finds the number.
     """
     low, high = error.fitting, error.vehicles - 1
     if len({kind.needed_m for kind in kinds}) == 1 and low >= error.loops:
@@ -136,11 +135,11 @@ def choose_places(
     wishes: Mapping[int, int],
     rng: random.Random,
 ) -> list[int]:
-    """Choose for each vehicle the position on its path at which it starts.
+    """Choose for each vehicle the index on its path at which it starts.
 
-    A vehicle takes a place at random among those with room; where its loop has none left, vehicles already
-    placed move to other places of theirs (augmenting paths), so a start is found whenever there is one.
-    Raises `TooManyVehiclesError` if there are more vehicles than places; it says how many there is room for.
+    A vehicle takes a random place with a free slot. If its loop has none left, vehicles already placed move
+    to other places (augmenting paths), so a start is found whenever there is one. Raises
+    `TooManyVehiclesError` if there are more vehicles than places; it says how many fit.
 
     Parameters
     ----------
@@ -149,7 +148,7 @@ def choose_places(
     most
         How many vehicles may start on each place.
     wishes
-        Position on the path for vehicles whose place is given, by number; they move on where it is full.
+        Index on the path for vehicles with a given place, by number; they move on where it is full.
     rng
         Draws the place of each other vehicle.
     """

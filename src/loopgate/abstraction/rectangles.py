@@ -1,4 +1,4 @@
-"""Which of many rectangles overlap: by squares of the ground."""
+"""Finds overlapping rectangles among many, with a grid of squares."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from loopgate.arrays import Flags, Floats, Ints
 _X, _Y, _AHEAD_X, _AHEAD_Y, _HALF_M, _WIDE_M, _Z = range(7)
 
 _ABOVE_M = 2.5
-"""Height between two lanes from which on bodies on them do not touch [m]."""
+"""Bodies on lanes with this difference in height do not touch [m]."""
 
 _AT_ONCE = 500_000
-"""So many pairs are looked at in one go, for the sake of memory."""
+"""Number of pairs that are checked at once, to save memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,11 +26,11 @@ class Overlaps:
     Attributes
     ----------
     numbers
-        By the name of each group its number.
+        Number of each group, by name.
     begins
         The first row of each group, and the number of all rows.
     one, other
-        The rows of each pair, the first ascending.
+        The two rows of each pair; `one` ascends.
     """
 
     numbers: Mapping[Hashable, int]
@@ -48,14 +48,14 @@ def find_overlaps(
 ) -> Overlaps:
     """Return all pairs of overlapping rectangles, except pairs on lanes of one edge.
 
-    With overlaps that are known only the groups that these lack are compared with all others.
+    If overlaps are known, only the groups that they lack are compared with all others.
 
     Parameters
     ----------
     names, groups
-        Of each group its name, and its rectangles as in `overlapping`.
+        Name of each group, and its rectangles as in `overlapping`.
     lane, edge
-        Numbers of the lane and the edge that each group is on; an edge below 0 is none.
+        Numbers of the lane and the edge of each group; an edge below 0 is none.
     known
         Overlaps of other groups; a group of the same name has the same rectangles, lane and edge.
     """
@@ -80,7 +80,7 @@ def find_overlaps(
 
 
 def _near_to(rectangles: Floats, these: Flags) -> Ints:
-    """Return the rows of some rectangles, and of all that may overlap with one of them."""
+    """Return the rows of some rectangles, and of all rectangles that may overlap with one of them."""
     if these.all() or not these.any():
         return np.flatnonzero(these)
     square, width = _squares(rectangles)
@@ -89,9 +89,9 @@ def _near_to(rectangles: Floats, these: Flags) -> Ints:
 
 
 def _squares(rectangles: Floats) -> tuple[Ints, int]:
-    """Return a number of the square that each middle is on, and what to add to it for the row above.
+    """Return the number of each middle's square, and the difference to the row above.
 
-    Rectangles that overlap are on one square or on neighbours.
+    Overlapping rectangles are on one square or on neighbouring squares.
     """
     reach_m = 2.0 * float(np.hypot(rectangles[:, _HALF_M], rectangles[:, _WIDE_M]).max())
     column, row = np.floor((rectangles[:, :2] - rectangles[:, :2].min(axis=0)) / reach_m).astype(np.int64).T
@@ -102,14 +102,14 @@ def _squares(rectangles: Floats) -> tuple[Ints, int]:
 def overlapping(rectangles: Floats, lane: Ints, edge: Ints) -> tuple[Ints, Ints]:
     """Return all pairs of overlapping rectangles, except pairs on one edge.
 
-    O(n log n + k) for k pairs of near ones.
+    O(n log n + k) for k pairs of near rectangles.
 
     Parameters
     ----------
     rectangles
         Seven columns: x and y of the middle, the direction ahead, half of length and width, height [m].
     lane, edge
-        Numbers of the lane and the edge that each is on; an edge below 0 is none.
+        Numbers of the lane and the edge of each rectangle; an edge below 0 is none.
     """
     if not len(rectangles):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -158,7 +158,7 @@ def _near(ranges: Ints) -> Iterator[tuple[Ints, Ints]]:
 
 
 def _overlap(a: Floats, b: Floats) -> Flags:
-    """Return which rectangles overlap, row by row: no line along a side of either keeps them apart."""
+    """Return which rectangles overlap, row by row: no line along a side of either separates them."""
     x, y = b[:, _X] - a[:, _X], b[:, _Y] - a[:, _Y]
     cos = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_X] + a[:, _AHEAD_Y] * b[:, _AHEAD_Y])
     sin = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_Y] - a[:, _AHEAD_Y] * b[:, _AHEAD_X])

@@ -27,7 +27,7 @@ class SegmentLayout:
     itineraries: tuple[Itinerary, ...]
     """One per robot."""
     warnings: tuple[str, ...]
-    """Lines for the user: what makes these loops a bad fit."""
+    """Warnings for the user about loops that do not suit this abstraction."""
 
 
 def lay_out_segments(
@@ -38,14 +38,14 @@ def lay_out_segments(
     min_gap_m: float = 2.5,
     piece_m: float = 100.0,
 ) -> SegmentLayout:
-    """Cut loops into states (Zhou et al. 2020, Section 3.2): zones that several share, private pieces.
+    """Cut loops into states (Zhou et al. 2020, Section 3.2): shared zones, and private pieces.
 
     Collision segments (Definition 1) are found on the loops' curves, merged into zones and fitted to the
-    vehicles, see `loopgate.abstraction.zones`; the rest is private and cut into pieces. A zone that a path
+    vehicles, see `loopgate.abstraction.zones`. The rest is private and cut into pieces. A zone that a path
     passes several times in one round has a leg for each visit.
 
-    Raises `ScenarioError` if two robots are given the same loop, or a length is not positive; `RouteError` if
-    a loop is too short for the vehicle.
+    Raises `ScenarioError` if two robots have the same loop, or a length is not positive; `RouteError` if a
+    loop is too short for the vehicle.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def lay_out_segments(
     rho_m
         Safe radius [m]: points of two paths conflict within 2 rho.
     vehicle_length_m, min_gap_m
-        Of the longest vehicle; states are long enough for it to stand in.
+        Of the longest vehicle, which fits into each state.
     piece_m
         Longest private state [m], as far as vehicles can be held where it would be cut.
     """

@@ -1,4 +1,4 @@
-"""Start positions: each vehicle starts in a state of its own, as a whole on one lane."""
+"""Chooses start positions: each vehicle in a state of its own, in full length on one lane."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -27,17 +27,17 @@ def choose_starts(
 ) -> list[StartPosition]:
     """Choose a start state for each vehicle: a private state if possible.
 
-    Raises `ScenarioError` if two vehicles would start in one zone, a given place lies across two states, or a
-    loop has no place for the vehicle.
+    Raises `ScenarioError` if two vehicles would start in one zone, a given position lies across two states,
+    or a loop has no state that is long enough.
 
     Parameters
     ----------
     itineraries, names
         One of each per vehicle.
     rng
-        Chooses among the places.
+        Chooses among the states.
     given_m
-        Arc length of the front for vehicles, by name, whose place is given.
+        Arc length of the front for vehicles with a given position, by name.
     """
     visitors: dict[StateId, set[int]] = {}
     for i, itinerary in enumerate(itineraries):
@@ -113,7 +113,7 @@ def _given(itinerary: Itinerary, name: str, front_m: float, vehicle_length_m: fl
 
 
 def _place_within(loop: Loop, leg: Leg, vehicle_length_m: float) -> float | None:
-    """Return the middle place for the front within a leg and the longest lane in it, or None."""
+    """Return the middle position for the front within a leg and its longest lane, or None."""
     best: tuple[float, float] | None = None
     for span in loop.spans:
         if span.internal:

@@ -1,4 +1,4 @@
-"""Places, crossings and loops as shapes in a SUMO additional file, for sumo-gui and netedit."""
+"""Writes places, crossings and loops as shapes in a SUMO additional file, for sumo-gui and netedit."""
 
 import colorsys
 import re
@@ -19,15 +19,15 @@ from loopgate.network.loop import Loop
 
 _STEPS = (1, 2, 3, 4, 6, 10, 20)
 _ROOM = ("199,221,204", "173,214,181", "127,205,187", "65,182,196", "29,145,192", "34,94,168", "12,44,132")
-"""Colours of places that hold at least so many, from pale to dark."""
+"""Colours of places with at least this many slots, from pale to dark."""
 
 _FREE, _CONFLICT, _REFUSED = "108,117,125", "213,94,0", "170,51,119"
 _LOOP_LAYER, _PLACE_LAYER, _CROSSING_LAYER, _POI_LAYER = "10", "11", "12", "13"
-"""All above the roads, which SUMO has on 0."""
+"""Layers above the roads, which are on layer 0."""
 
 _HALF_PLACE_M = 1.2
 _TURN = 0.618034
-"""Of the circle of colours from loop to loop: neighbours in the list then look different."""
+"""Step on the circle of colours from loop to loop, so that neighbours in the list look different."""
 
 
 def write_shapes(
@@ -38,25 +38,25 @@ def write_shapes(
 ) -> int:
     """Write an additional file; ``sumo-gui -n NET -a FILE`` and ``netedit -s NET -a FILE`` show it.
 
-    Loops are lines, places areas that are the darker the more vehicles they hold, crossings lines, those with
-    conflicts in orange; points of interest stand where loops begin, and where one cannot go on. Each
-    shape has its figures as parameters.
+    Loops are lines. Places are areas, darker with more slots. Crossings are lines, orange if they have
+    conflicts. Points of interest show where loops begin, and where a loop cannot go on. Each shape has its
+    figures as parameters.
 
-    Raises `ResultsError` if it cannot be written.
+    Raises `ResultsError` if the file cannot be written.
 
     Parameters
     ----------
     itineraries
-        The loops, each with how it is cut.
+        The loops, cut into states.
     room
-        How many vehicles a state holds; states that are not there hold one.
+        Slots of each state; a missing state has one.
     refused
-        Loops that cannot work: why, and the edge where it fails, if it is one.
+        Loops that cannot be cut: why, and the edge where it fails, if there is one.
 
     Returns
     -------
     int
-        How many shapes there are.
+        Number of shapes.
     """
     top = ET.Element("additional")
     names = _Names()
@@ -86,7 +86,7 @@ def write_shapes(
 
 
 class _Names:
-    """Names that netedit takes: it knows no colons, brackets and the like in them."""
+    """Makes names that netedit accepts: without colons, brackets and the like."""
 
     def __init__(self) -> None:
         self._used: set[str] = set()

@@ -11,10 +11,10 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 _LOOK_BACK_M = 30.0
-"""How far behind the longest body two ways are looked at to see whether they come from one lane [m]."""
+"""How far behind the longest body two paths are compared, to see whether they come from one lane [m]."""
 
 _MOST_LENGTHS = 4
-"""So many lengths of vehicles are looked at on a path."""
+"""Most vehicle lengths that are checked on a path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,15 +24,15 @@ class SweptPath:
     lane: str
     """The lane of the front."""
     before: tuple[str, ...]
-    """The lanes before it, the nearest first, as far as the longest body reaches and one that follows it
-    closely; none where vehicles have changed to this lane."""
+    """The lanes before it, nearest first, as far as the longest body and a close follower reach; none where
+    vehicles have changed to this lane."""
 
 
 @dataclass(slots=True)
 class Bodies:
     """The lengths of the vehicles on a path [m], whether each has joints, and the largest width [m].
 
-    And whether some arrive on its lane, and go no further.
+    `arrive`: whether some vehicles arrive on its lane and go no further.
     """
 
     lengths_m: set[tuple[float, bool]]
@@ -66,8 +66,8 @@ def swept_paths_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType
 def drawn(network: RoadNetwork, path: SweptPath) -> tuple[Floats, Floats, Floats, list[float]]:
     """Return the lanes of a path as one line in driving direction.
 
-    Its points, shape (n, 2), their positions on the front's lane, below 0 on the lanes before it, their
-    heights, and where the lanes begin, the front's first [m].
+    The parts are its points, shape (n, 2); their positions on the front's lane, negative on the lanes before;
+    their heights; and where the lanes begin, the front's lane first [m].
     """
     points, arcs, heights, begins = [], [], [], [0.0]
     for number, name in enumerate((path.lane, *path.before)):

@@ -1,4 +1,4 @@
-"""How far the rear of a turning vehicle swings over the lane that it has left."""
+"""Finds how far the rear of a turning vehicle swings over the lane that it has left."""
 
 import math
 from collections.abc import Mapping
@@ -10,26 +10,26 @@ from loopgate.arrays import Floats
 from loopgate.network.road import RoadNetwork
 
 _BEHIND_M = np.arange(0.0, 1.6, 0.25)
-"""How far behind the lane the rears are that are looked at [m]; farther on they are out of the way."""
+"""Rears are checked up to this far beyond the lane [m]; farther on they are out of the way."""
 
 _TURNED_BEHIND_M = np.arange(0.0, 5.1, 0.25)
-"""The same where the way through the junction is shorter than a vehicle, as where it turns round [m]."""
+"""The same where the movement is shorter than a vehicle, as in a U-turn [m]."""
 
 _BACK = -0.7
-"""Cosine of the angle from which on a turn leads back."""
+"""Cosine of the angle from which a turn leads back."""
 
 _BESIDE_M = 0.1
-"""Room on either side of who waits [m]."""
+"""Space on either side of a waiting vehicle [m]."""
 
 _LEAST_M = 0.1
-"""Stop lines are this far before the end of a lane anyway [m]."""
+"""Stop lines are at least this far before the end of a lane [m]."""
 
 
 def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
     """Return for each lane how far before its end [m] a vehicle that has left it can still reach over it.
 
-    Whoever is to stop at the end of a lane keeps no gap in SUMO to those who are past it. So where ways
-    turn sharply, stop lines have to be farther back. Lanes are left out that the usual line is good for.
+    In SUMO, a vehicle that stops at the end of a lane keeps no gap to vehicles beyond it. So stop lines must
+    be farther back where paths turn sharply. Lanes with the usual stop line are left out.
     """
     found: dict[str, float] = {}
     for path, bodies in paths.items():
@@ -57,7 +57,7 @@ def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
 
 
 def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
-    """Return whether the lane leads back beside the lane before it, over a junction alone."""
+    """Return whether the lane leads back beside the lane before it, over one junction."""
     lanes = [network.lanes[name] for name in path.before]
     roads = [lane for lane in lanes if not lane.internal]
     if not (lanes[0].internal and roads):

@@ -35,8 +35,8 @@ class Zones:
     """The collision states of all paths."""
 
     visits: tuple[tuple[ZoneVisit, ...], ...]
-    """For each loop its visits in driving order, disjoint; they may touch. Zones are numbered from 0 in the
-    order in which the loops meet them."""
+    """For each loop its visits in driving order. Visits do not overlap, but may touch. Zones are numbered
+    from 0 in the order in which the loops meet them."""
     merged: tuple[tuple[str, ...], ...]
     """Pairs of zones that followed each other on two paths and became one (Proposition 1), as the ids of the
     loops concerned."""
@@ -47,12 +47,12 @@ def make_zones(loops: Sequence[Loop], segments: CollisionSegments, need_m: float
 
     Segments of a collision pair are one zone, and so are segments that overlap on one path (Zhou et al. 2020,
     Section 3.2, Step 1; union-find over all paths). Then, until nothing changes, each path's visits grow by
-    the rules of `cover`, visits that come to overlap become one, and two zones that follow each other on two
-    paths become one (Proposition 1). Zones only grow, so they stay right.
+    the rules of `cover`, visits that overlap become one, and two zones that follow each other on two paths
+    become one (Proposition 1). Zones only grow, so earlier results stay valid.
 
-    `need_m`: what a standing vehicle takes: every visit, and every private stretch between visits, is at
-    least so long. Raises `RouteError` if a loop is shorter than `need_m` or has no lane on which a vehicle
-    can be held.
+    `need_m`: length that a standing vehicle takes. Every visit, and every private stretch between visits, has
+    at least this length. Raises `RouteError` if a loop is shorter than `need_m` or has no lane on which a
+    vehicle can be held.
     """
     for loop in loops:
         if loop.length_m < need_m:
@@ -77,11 +77,11 @@ def cover(
 ) -> tuple[ZoneVisit, ...]:
     """Extend the zone visits on a path so that a vehicle can stop before each.
 
-    A vehicle that waits stands with its front where a state ends, so states end where SUMO can hold a
-    vehicle: a visit begins at or before its true beginning, and ends at or after its true end, at such a
-    place. Private road shorter than `need_m` goes to the visit after it. A visit shorter than that grows
-    upstream into private road, then downstream, else it joins the shorter of the visits it touches. Visits
-    that overlap become one.
+    A vehicle waits with its front at the end of a state, so states end where SUMO can hold a vehicle. A visit
+    begins at or before its true beginning and ends at or after its true end, at such a point. Private road
+    shorter than `need_m` goes to the visit after it. A visit shorter than `need_m` grows upstream into
+    private road, then downstream; otherwise it joins the shorter of the visits that it touches. Visits that
+    overlap become one.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def cover(
     need_m
         Length that a standing vehicle takes [m].
     union
-        Says which zones are one, and is told which become one.
+        Knows which zones are one; gets the zones that become one.
     """
     path = sorted(visits, key=_where)
     while True:
@@ -186,7 +186,7 @@ def _close_gaps(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFi
 
 
 def _lengthen(loop: Loop, path: list[ZoneVisit], need_m: float, union: UnionFind[int]) -> list[ZoneVisit]:
-    """Extend the first visit that is too short; the caller repeats until none is."""
+    """Extend the first visit that is too short; the caller repeats this until none is."""
     for number, visit in enumerate(path):
         missing = need_m - visit.length_m
         if missing <= _TOUCH_M:

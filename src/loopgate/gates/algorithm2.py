@@ -1,7 +1,7 @@
 """Algorithm 2 of Zhou et al. 2020, central version: every circuit of the move must be live by Theorem 1.
 
-Faithful to the paper, and therefore neither safe nor free of blocking: there are systems of five robots where
-it admits a move into an inevitable deadlock, and others where it stops everybody in a live configuration
+Like the paper's algorithm it is neither safe nor free of blocking. There are systems of five robots in which
+it admits a move into an inevitable deadlock, and others in which it stops all robots in a live configuration
 (docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
 """
 

@@ -18,7 +18,7 @@ _CALLS_HERE = {"decide_here": ("robot",), "moved_here": ("robot",)}
 class _Careful:
     """Calls a gate that a user wrote, and checks its answers.
 
-    It does not tell the gate's attributes: who needs these has the gate.
+    It does not have the gate's other attributes: read these from the gate itself.
     """
 
     def __init__(self, gate: Gate, system: System) -> None:
@@ -70,8 +70,8 @@ class _CarefulFollowing(_Careful):
 def careful(gate: Gate, system: System) -> Gate:
     """Return a function that asks a gate; it raises `PluginError` if the gate fails or gives no answer.
 
-    The package's own gates are returned as they are. So ask what is returned, and look at the gate itself for
-    what it is (`isinstance`, ``promise``).
+    The package's own gates are returned as they are. Ask the returned object, but read attributes such as
+    ``promise``, and the class, from the gate itself.
     """
     if is_ours(gate):
         return gate

@@ -1,7 +1,7 @@
 """A fast search for a circuit that Theorem 1 does not call live, within a budget of steps.
 
-Finds what `theorem1` says of the circuits that `circuits_through` yields, but does not list those that
-condition (1) makes live anyway. Sets of states are whole numbers, one bit per state.
+It gives the answer of `theorem1` for the circuits of `circuits_through`, but does not list circuits that
+condition (1) makes live. Sets of states are whole numbers, one bit per state.
 """
 
 from collections.abc import Iterator

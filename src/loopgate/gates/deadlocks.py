@@ -11,15 +11,15 @@ W = TypeVar("W", bound=Hashable)
 def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
     """Return the robots that wait for each other for good: the greatest fixpoint.
 
-    The recognition of deadlocks on roads asks it about vehicles, gates ask it about robots and full places.
-    O(members of all sets).
+    The detection of deadlocks on roads calls it with vehicles, gates with robots and full places. O(members
+    of all sets).
 
     Parameters
     ----------
     waits
-        For each that waits the sets for which it waits (the AND-OR model of resource deadlocks): of *every*
-        set *some* member must go on before it can. None: it goes on; an empty set: it never does. Who is no
-        key goes on.
+            For each waiting member, the sets for which it waits (AND-OR model of resource deadlocks): of
+        *every* set *some* member must go on before it can. Without sets it goes on; with an empty set it
+        never does. A member that is no key goes on.
 
     Examples
     --------
@@ -55,10 +55,10 @@ def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
 def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:
     """Return the robots in a deadlock, which wait for each other for ever (Def. 3).
 
-    The largest set of robots each of which wants a full state, all of whose occupants are in the set. Where
-    states hold one robot, these are the robots of cycles in which each wants the state of the next, and the
-    robots that wait for them. A robot behind another in a FIFO state waits for that one. Robots that stay for
-    good do not wait. O(robots * occupants).
+    It is the largest set of robots in which each wants a full state, all of whose occupants are in the set.
+    If states hold one robot, these are the robots of cycles in which each wants the state of the next, and
+    the robots that wait for them. A robot behind another in a FIFO state waits for that robot. Robots that
+    stay for good do not wait. O(robots * occupants).
     """
     waits: dict[int, tuple[int, ...]] = {}
     for robot in range(len(system.robots)):
@@ -77,10 +77,10 @@ def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int
 def homes_decide_liveness(system: System) -> bool:
     """Return whether every robot on a closed path has a private state, and passes no other robot's end.
 
-    Then a configuration is live iff some sequence of moves brings all robots home at once, those on closed
-    paths to private states and the others to their ends: from there each in turn can go round alone. A run in
-    which everyone goes on for ever gives such a sequence if, from some moment on, each robot stays when it
-    comes home.
+    If so, a configuration is live if and only if some sequence of moves brings all robots home at once:
+    robots on closed paths to private states, the others to their ends. From there each robot in turn can go
+    round alone. Conversely, a run in which every robot goes on for ever gives such a sequence: from some
+    moment on, let each robot stay when it comes home.
     """
     rounds = [(path, after[-1] >= 0) for path, after in zip(system.paths, system.following, strict=True)]
     ends = {path[-1] for path, closed in rounds if not closed}

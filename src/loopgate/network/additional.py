@@ -1,4 +1,4 @@
-"""The types, routes and vehicles in SUMO's additional files, besides all other content of these files."""
+"""Reads types, routes and vehicles from SUMO's additional files."""
 
 from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ STOPPING_PLACES = frozenset({"busStop", "trainStop", "parkingArea", "chargingSta
 _ENDS_OF_DISTRICTS = frozenset({"tazSource", "tazSink"})
 
 _PATHS = ("file", "output", "href", "dest", "imgFile", "osgFile")
-"""Attributes with names of files, relative to the one that they are in."""
+"""Attributes with file names, relative to the file that contains them."""
 
 _NO_PATHS = frozenset({"", "-", "nul", "stdout", "stderr"})
 
@@ -40,8 +40,8 @@ def demand_beside(
 ) -> list[tuple[Path, ET.Element]]:
     """Return the types, routes and vehicles of additional files, read as route files.
 
-    Of their routes those on which a vehicle drives; the others are rerouters' and the like. All of them where
-    there are no vehicles.
+    Of their routes, only those that a vehicle drives are returned: the others belong to rerouters and the
+    like. Without vehicles, all routes are returned.
 
     Parameters
     ----------
@@ -76,8 +76,8 @@ def type_names(files: Iterable[Path]) -> frozenset[str]:
 def without(file: Path, tags: Collection[str], copy: Path) -> Path:
     """Return a copy of an additional file without some of its elements; relative file names still work.
 
-    The file itself if it has none of them. Raises `RouteError` if it cannot be read, `ResultsError` if the
-    copy cannot be written.
+    Return the file itself if it has none of them. Raises `RouteError` if it cannot be read, `ResultsError` if
+    the copy cannot be written.
     """
     top = read_additional(file)
     gone = [one for one in top if one.tag in tags]
@@ -97,8 +97,8 @@ def without(file: Path, tags: Collection[str], copy: Path) -> Path:
 def write_leading(files: Iterable[Path], copy: Path) -> bool:
     """Write the part of additional files that SUMO's router needs: it may refuse the rest.
 
-    Districts, with their sources and sinks, and stopping places. Return whether there is any; then only is
-    the file written.
+    The part has districts, with their sources and sinks, and stopping places. Return whether there is any;
+    the file is written only then.
 
     Raises `RouteError` if a file cannot be read, `ResultsError` if the copy cannot be written.
     """
@@ -116,7 +116,7 @@ def write_leading(files: Iterable[Path], copy: Path) -> bool:
 
 
 def _found_anywhere(name: str, file: Path) -> str:
-    """Return the name of a file, relative to another, such that it does not depend on any folder."""
+    """Return an absolute name for a file that is named relative to another."""
     if name.lower() in _NO_PATHS or ":" in name:  # a port
         return name
     return str(file.resolve().parent / name)

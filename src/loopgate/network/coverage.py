@@ -33,8 +33,8 @@ class Coverage:
 def measure_coverage(network: RoadNetwork, loops: Iterable[Loop], *, vclass: str = "passenger") -> Coverage:
     """Measure how much of a network lies on loops; O(lanes + spans).
 
-    An edge counts as soon as one of its lanes is open to the class and a loop names it; of the lanes those
-    count on which a vehicle on the loop may be. Roads inside junctions are left out.
+    An edge counts if one of its lanes is open to the class and a loop names the edge. Lanes count if a
+    vehicle on the loop may be on them. Roads inside junctions are left out.
     """
     lanes = {
         lane.id: lane.length_m

@@ -12,11 +12,11 @@ _TURN = 40
 
 
 def every_walk(part: RoadGraph, longest_m: float) -> Iterator[tuple[str, ...] | None]:
-    """Yield every closed walk that uses no edge twice and is no longer, each once; None for a step without.
+    """Yield each closed walk that uses no edge twice and is not too long, once; None for other steps.
 
-    The searches from all edges take turns, each beginning with the shortest way round, so that what comes
-    first is spread over the network. Who has heard enough stops listening; a step takes a few microseconds.
-    Altogether there can be exponentially many.
+    The searches from all edges take turns, each beginning with the shortest way back, so that the first walks
+    are spread over the network. A caller that has enough walks stops iterating; a step takes a few
+    microseconds. There can be exponentially many walks.
     """
     before: list[list[tuple[int, float]]] = [[] for _ in part.edges]
     for here, road in enumerate(part.roads):
@@ -35,7 +35,7 @@ def every_walk(part: RoadGraph, longest_m: float) -> Iterator[tuple[str, ...] | 
 def _from(
     part: RoadGraph, start: int, before: list[list[tuple[int, float]]], longest_m: float
 ) -> Iterator[tuple[int, ...] | None]:
-    """Yield the walks of which `start` is the first edge by number: so each walk comes once."""
+    """Yield the walks whose lowest edge number is `start`, so that each walk comes once."""
     home_m: dict[int, float] = {}
     heap = [(0.0, start)]
     while heap:
@@ -49,7 +49,7 @@ def _from(
                 heapq.heappush(heap, (metres + length_m, earlier))
 
     def onward(here: int, driven_m: float) -> Iterator[tuple[int, float]]:
-        """Return the followers from which there may still be a way home, the nearest to it first."""
+        """Return the next edges from which there may still be a way back, the nearest first."""
         reached_m = driven_m + part.roads[here].length_m
         ways = [(k, reached_m + m) for k, m in part.roads[here].onward if k in home_m]
         ways.sort(key=lambda way: (way[1] + home_m[way[0]], way[0]))

@@ -1,4 +1,4 @@
-"""Parts of a route file that loopgate leaves out: one line for each kind."""
+"""Lists the parts of a route file that loopgate ignores: one line for each kind."""
 
 import math
 from collections import Counter
@@ -24,10 +24,10 @@ _TAKEN = {
     "flow": {*_OF_VEHICLES, *FLOW_ATTRIBUTES},
     "stop": STOP_ATTRIBUTES,
 }
-"""Elements, and their attributes, that are read; those of types are passed on as they are."""
+"""Elements, and their attributes, that loopgate reads; attributes of types are passed on unchanged."""
 
 _DRAWN = {"routeDistribution": frozenset({"probability", "refId"})}
-"""Attributes that are read of the elements inside."""
+"""Attributes that loopgate reads in inner elements."""
 
 _FLEET = ("vehicle", "flow", "trip")
 
@@ -36,10 +36,10 @@ _ONCE = frozenset(
     | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
     | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
 )
-"""Attributes that are read of vehicles that drive their routes once as well."""
+"""Further attributes that loopgate reads of vehicles that drive once."""
 
 _AS_IT_IS = {"departSpeed": 0.0}
-"""Attributes with a value that describes what is done anyway."""
+"""Attributes with a value that has no effect."""
 
 _MEANS = {
     "departPos": "a vehicle departs where its place has room",
@@ -117,7 +117,7 @@ def _is_done_anyway(name: str, value: str) -> bool:
 
 
 def wayless(path: Path, led: LedVehicle) -> Iterator[str]:
-    """Return a line that names the trips that are left out because no way connects their ends."""
+    """Return a line that names the trips without a route between their ends, which are left out."""
     lost = [name for name, ways in led.items() if not any(ways.values())]
     if lost:
         yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"

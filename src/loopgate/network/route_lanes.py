@@ -1,4 +1,4 @@
-"""The lanes that a vehicle takes on a route that it drives once."""
+"""Chooses the lanes of vehicles on routes that they drive once."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,25 +19,25 @@ from loopgate.network.loop import LaneSpan, Loop
 from loopgate.network.road import RoadNetwork
 
 LEAST_CHANGE_M = 10.0
-"""The shortest edge on which a car can change lanes [m]: its length and gap, and some to spare."""
+"""The shortest edge on which a car can change lanes [m]: its length, its gap and some spare length."""
 
 _CHANGE = 0.4
-"""Costs that choose the lanes of vehicles that drive once: each lane changed;"""
+"""Costs that choose lanes. For each lane change;"""
 
 _HURRY = 20.0
-"""each lane changed per metre of the edge;"""
+"""for each lane change per metre of the edge;"""
 
 _WISH = 0.35
-"""arriving on another lane than the file wants, for which nobody changes lanes;"""
+"""for arriving on another lane than the file wants, without changing lanes for it;"""
 
 _BESIDE = 100.0
-"""coming onto an edge, or leaving it, on another lane than the one to stop on there;"""
+"""for entering or leaving an edge with a stop on another lane than the stop's;"""
 
 _ELSEWHERE = 2.0
-"""as many as use the fullest lane who go elsewhere from this one: behind one that waits all wait;"""
+"""for a lane from which as many vehicles go elsewhere as use the fullest lane: all wait behind the first;"""
 
 _CROWD = 0.25
-"""a lane as full as the fullest; it goes with the fourth power."""
+"""for a lane as full as the fullest, with the fourth power of its load."""
 
 _ANY: Mapping[str, int] = {}
 
@@ -49,9 +49,9 @@ class LaneWishes:
     Attributes
     ----------
     depart, arrive
-        At the beginning and at the end; None for any. Nobody changes lanes for the second.
+        First and last lane; None for any. A vehicle changes no lanes for the last.
     stop
-        On edges where it stops; -1 for any.
+        On edges with stops, the lane of the stop; -1 for any.
     """
 
     depart: int | None = None
@@ -75,22 +75,24 @@ def make_route(
 ) -> Loop:
     """Make an open route over edges, which vehicles drive once.
 
-    Few changes of lanes, on long edges, are weighed against a lane that many others use, above all those who
-    go elsewhere from it. Two-way lanes, and changes on edges too short for them, come last of all.
+    Few lane changes, on long edges, are weighed against lanes that many other vehicles use, above all
+    vehicles that go elsewhere from them. Two-way lanes, and changes on edges too short for them, are the last
+    choice.
 
     Raises `RouteError` if an edge is missing or closed to the class, two edges are not connected, or no lanes
-    lead there.
+    lead to the end.
 
     Parameters
     ----------
     network, name, edges, vclass, source
         As for `make_loop`; the last edge need not lead anywhere.
     load
-        How many vehicles use each lane already, by its id, and from it to an edge, by ``lane>edge``.
+            Number of vehicles that already use each lane, by its id, and each lane towards an edge, by
+        ``lane>edge``.
     change_m
         The shortest edge on which a vehicle can change lanes [m].
     wishes
-        Lanes on which it is to be.
+        The lanes that the vehicle wants.
     """
     choices = RouteChoices(network)
     return choices.make(

@@ -12,10 +12,11 @@ if TYPE_CHECKING:
     from loopgate.network.road import RoadNetwork
 
 _LARGEST_COORDINATE_M = 1e8
-"""Beyond the Earth in any projection; squares of differences are still exact to the millimetre and finite."""
+"""Larger than the Earth in any projection; squares of differences stay finite and exact to the millimetre
+[m]."""
 _LONGEST_LANE_M = 1e6
 _SHORTEST_LANE_M = 1e-6
-"""Far below what SUMO writes; so many times shorter than it is drawn that directions stay finite numbers."""
+"""Far below what SUMO writes; shorter lanes would give directions that are no finite numbers [m]."""
 _WIDEST_LANE_M = 1e3
 _FASTEST_MPS = 1e4
 _FEWEST_POINTS = 2

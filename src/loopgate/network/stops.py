@@ -36,7 +36,7 @@ _PASSED_ON = (
     "posLat",
     "tripId",
 )
-"""Attributes that SUMO is told as they are."""
+"""Attributes that SUMO gets unchanged."""
 
 REFUSED = {
     "speed": "a point to pass at a speed is no stop; give the road a limit",
@@ -98,7 +98,7 @@ class Stop:
     until_s: float | None = None
     """End of the stop in the first round [s]; None for no such time."""
     cycle_s: float = 0.0
-    """By how much that grows from round to round [s]."""
+    """Increase of `until_s` from round to round [s]."""
     since_depart: bool = False
     """Whether `until_s` is counted from the vehicle's departure."""
     triggers: tuple[str, ...] = ()
@@ -162,8 +162,8 @@ def read_stops(
 ) -> tuple[Stop, ...]:
     """Read ``<stop>`` elements in order; `on_loop` finds their positions on a loop.
 
-    Raises `RouteError` if a stop makes no sense, or asks for something that no gate can work with; the text
-    names it.
+    Raises `RouteError` if a stop is invalid, or has an attribute that no gate can work with; the text names
+    it.
 
     Parameters
     ----------
@@ -293,7 +293,7 @@ def _metres(what: str, element: ET.Element, attribute: str, default: float) -> f
 def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
     """Return stops in the order of a loop, each with its arc length.
 
-    Where the loop passes an edge several times a stop is made on the first pass after the stop before it.
+    If the loop passes an edge several times, a stop is made on the first pass after the stop before it.
 
     Raises `RouteError` if a stop is not on the loop, or two are at the same place.
     """

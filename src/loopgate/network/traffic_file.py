@@ -20,7 +20,8 @@ _PERSONS = ("person", "personFlow", "container", "containerFlow")
 _FLOWS = ("flow", "personFlow", "containerFlow")
 
 MOST_OF_SUMO = 1_000_000
-"""Vehicles and persons of flows in one run, which SUMO makes as they are due: so many take some gigabytes."""
+"""Most vehicles and persons of flows in one run; SUMO makes them when they are due, and they take gigabytes.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,11 +1,11 @@
 """The chain rule: never close a circle of full places in which each first vehicle wants the next place.
 
-`follow` is the one walk along full places. The gate asks it through `closes`, vehicles that join through
-`closes_by_entering`, vehicles that turn to another way through `leads_round`, service through `next_mover`,
-the recognition of deadlocks through `circle_from`. Each of them sees places and vehicles through `Standing`.
+`follow` is the one walk along full places. Its callers are: the gate (`closes`), vehicles that join
+(`closes_by_entering`), vehicles that change to another path (`leads_round`), service (`next_mover`) and the
+detection of deadlocks (`circle_from`). All of them see places and vehicles through `Standing`.
 
-Sound where places hold two or more. Where no set of places is crowded (`loopgate.gates.certified.crowding`),
-whatever the rule admits lets every vehicle go on for ever.
+The rule is sound where places have two slots or more. Where no set of places is crowded
+(`loopgate.gates.certified.crowding`), each admitted move lets every vehicle go on for ever.
 """
 
 from __future__ import annotations
@@ -36,8 +36,9 @@ class Standing(Protocol[P, V]):
 class Chain(Generic[P]):
     """A chain of full places: the first vehicle of each place wants the next place.
 
-    `places`: in the order of the walk, each once. `end`: the place that the first vehicle of the last of them
-    wants: it has room, or it is one of `places`; None where nobody knows, or that vehicle's path ends.
+    `places`: in the order of the walk, each once. `end`: the place that the first vehicle of the last place
+    wants: it has a free slot, or is one of `places`. It is None if that vehicle's path ends or the vehicle is
+    not known.
     """
 
     __slots__ = ("end", "places")
@@ -63,8 +64,8 @@ def follow(
 ) -> Chain[P]:
     """Follow full places from `begin`, each to the next place of its first vehicle.
 
-    All is seen as if one more vehicle, which wants `onward`, were last in line in `entered`, and the first in
-    line had gone from `left`. O(places on the way).
+    The walk assumes that one more vehicle, which wants `onward`, is last in line in `entered`, and that the
+    first vehicle has left the line of `left`. O(places on the walk).
     """
     seen: set[P] = set()
     places: list[P] = []
@@ -83,7 +84,7 @@ def follow(
 def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None = None) -> list[P]:
     """Return the circle of full places that arises when the first vehicle in `here` moves to `target`.
 
-    That vehicle wants `onward` after that.
+    `onward`: the place that this vehicle wants next.
     """
     return follow(standing, target, entered=target, onward=onward, left=here).circle()
 
@@ -91,7 +92,8 @@ def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None
 def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward: P | None) -> bool:
     """Return whether a circle of full places arises when a vehicle joins the line in `place`.
 
-    So many slots are `free` there before. The vehicle wants `onward` next; None for a place that is empty.
+    `free`: the free slots before. `onward`: the place that the vehicle wants next; None for a place that is
+    empty.
     """
     if free > 1:
         return False
@@ -113,12 +115,12 @@ def circle_from(standing: Standing[P, V], place: P) -> list[P]:
 def next_mover(standing: Standing[P, V], place: P) -> V | None:
     """Return the vehicle to move next so that the first vehicle in `place` moves in the end.
 
-    Ask again after each move, until that vehicle has moved. None if full places wait for one another in a
-    circle there, or nobody is first.
+    Call it again after each move, until that vehicle has moved. None if full places already wait for one
+    another in a circle, or the place has no first vehicle.
 
-    It is the first of the last full place that `place` leads to. Where the move of that vehicle closes a
-    circle, it is the first of the circle's last place, which wants the same place and closes none. So no move
-    closes a circle. It ends where no set of places is crowded.
+    It is the first vehicle of the last full place to which `place` leads. If the move of that vehicle closes
+    a circle, it is the first vehicle of the circle's last place, which wants the same place and closes no
+    circle. So no move closes a circle. The moves come to an end where no set of places is crowded.
     """
     first = standing.first(place)
     if first is None:

@@ -1,10 +1,10 @@
-"""Whether all vehicles can go on for ever after a change of loops, and while some vehicles stand.
+"""Tells whether all vehicles can go on for ever after a change of loops, and while some vehicles stand.
 
-Where places hold two or more and are left in order of arrival, that depends on where vehicles stand through
-circles of full places alone, and on their loops through (S) alone (proof: docs/proofs/Change.v). So a change
-of loops is decided by one walk for each place whose first vehicle has another loop now, and by (S). Where the
-first in a place stands for good, everyone but those in the place goes on iff nobody else's loop leads there,
-and the others close no circle and keep (S).
+Suppose that places have two slots or more and are left in order of arrival. Then the answer depends on the
+vehicles' positions only through circles of full places, and on their loops only through condition (S) (proof:
+docs/proofs/Change.v). So one walk for each place whose first vehicle has another loop, and (S), decide a
+change of loops. If the first vehicle in a place stands for good, every vehicle outside that place goes on if
+and only if no other loop leads there, and the other vehicles close no circle and keep (S).
 """
 
 from collections.abc import Collection, Sequence
@@ -30,11 +30,12 @@ class Hindrance:
     Attributes
     ----------
     why
-        Which condition fails.
+        The condition that fails.
     places
-        The places that stand, that make the circle, in its order, or that are crowded, ascending.
+            The places with a vehicle that stands; the places of the circle, in its order; or the crowded
+        places, ascending.
     vehicles
-        The vehicles whose loops lead there, the first of the places in the circle, or the residents.
+        The vehicles whose loops lead there; the first vehicles of the circle's places; or the residents.
     """
 
     why: Why
@@ -88,8 +89,8 @@ def find_hindrance(
     there
         All vehicles, with their loops after the change.
     changed
-        The vehicles that have other loops than before, where there was no circle before; None if that is
-        not known. Only circles through the places where they are first are looked for.
+            The vehicles with other loops than before, if there was no circle before; None if not known. Only
+        circles through places where these vehicles are first are looked for.
     stands
         The places whose first vehicle stands for good.
 
@@ -109,7 +110,7 @@ def find_hindrance(
 
     Notes
     -----
-    O(places) for each changed vehicle that is first in its place, and what `find_crowd` takes.
+    O(places) for each changed vehicle that is first in its place, and the cost of `find_crowd`.
     """
     lost = {vehicle for place in stands for vehicle in there.lines[place]}
     others = [vehicle for line in there.lines for vehicle in line if vehicle not in lost]

@@ -18,7 +18,7 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 
 _SMALL = 200_000
-"""Up to so many combinations of positions, robots without homes are kept going round one and all."""
+"""Up to this many combinations of positions, the exact exploration is used where robots have no homes."""
 
 
 def choose_proof(system: System, promise: str, budget: Budget) -> LivenessProof:

@@ -9,9 +9,9 @@ from loopgate.gates.deadlocks import deadlocked
 def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
     """Return the robots of `robots` that can never move again.
 
-    Robots not listed count as gone, but for those that stay for good. A robot may move some day if it heads
-    its queue and its next state has room or may lose a robot, or if all before it in its queue may move.
-    Robots that stay where they are for good are not reported. O(robots + occupants).
+    Robots not listed count as gone, except robots that stay for good. A robot may move some day in two cases:
+    it heads its queue, and its next state has a free slot or may lose a robot; or all robots before it in its
+    queue may move. Robots that stay where they are for good are not returned. O(robots + occupants).
     """
     members = set(robots)
     inside: dict[int, list[int]] = {}
@@ -34,8 +34,8 @@ def stuck_for_good(stand: Occupancy, robots: Iterable[int]) -> list[int]:
 def circle_among(stand: Occupancy, stuck: list[int]) -> list[int]:
     """Return robots of which each waits for the next and the last for the first.
 
-    `stuck` are robots that can never move again. Where they wait for a robot that stays for good there may
-    be no circle; then the chain up to that robot is returned. O(robots).
+    `stuck`: robots that can never move again. If they wait for a robot that stays for good there may be no
+    circle; then the chain up to that robot is returned. O(robots).
     """
     among = set(stuck)
     i = stuck[0]

@@ -1,4 +1,4 @@
-"""Keeps every robot able to go round for ever where robots have no homes: exact, for small systems."""
+"""A proof for small systems in which robots have no homes: explores all configurations, exactly."""
 
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -19,25 +19,25 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration
 
 _Moves = dict[Configuration, list[tuple[int, Configuration]]]
-"""The moves out of configurations: who moves, and to where."""
+"""The moves out of configurations: the robot that moves, and the next configuration."""
 
 
 class Exploration(LivenessProof):
     """The proof by exploring all reachable configurations: every robot can go on for ever.
 
-    A witness is a path to a configuration from which a circle of moves, in which every robot takes part,
-    leads back to it. For each configuration known to be live the next move of its witness is remembered;
-    configurations known to be dead are remembered too, so that each is looked at once.
+    A witness leads to a configuration from which a circle of moves, in which every robot takes part, leads
+    back to that configuration. For each configuration known to be live, the next move of its witness is
+    stored. Configurations known to be dead are stored too, so that each is examined once.
 
     Parameters
     ----------
     budget
-        The most configurations to look at, and the longest time, for one decision; `begin` has no limit
+            The most configurations to examine, and the longest time, for one decision; `begin` has no limit
         of time.
 
     Notes
     -----
-    Linear in the configurations that can be reached, which are exponentially many in the robots.
+    Linear in the number of reachable configurations, which is exponential in the number of robots.
     """
 
     def __init__(self, layout: SystemIndex, budget: Budget) -> None:
@@ -67,7 +67,7 @@ class Exploration(LivenessProof):
         return True
 
     def judge(self, configuration: Configuration, stand: Occupancy, robot: int) -> Decision:
-        """Decide the next move of `robot`, which capacity and order allow."""
+        """Decide the next move of `robot`; capacity and order already allow it."""
         del stand
         if self._here is None:
             return refusal(self.missing, "no way on for all", "begin")
@@ -141,8 +141,8 @@ class Exploration(LivenessProof):
     def live(self, root: Configuration, *, timed: bool = False) -> bool:
         """Return whether every robot can go on for ever from `root`.
 
-        Raises `BudgetError` if more configurations than the budget would have to be looked at, or, if
-        `timed`, for longer.
+        Raises `BudgetError` if it would have to examine more configurations than the budget, or, if `timed`,
+        would take longer.
         """
         if not self._known_live(root) and root not in self._dead:
             self._look_from(root, self._budget.deadline_s() if timed else inf)
@@ -152,7 +152,7 @@ class Exploration(LivenessProof):
         return configuration in self._next or configuration in self._circle
 
     def _look_from(self, root: Configuration, deadline_s: float) -> None:
-        """Remember whether each reachable configuration is live: leads to a circle of all robots."""
+        """Store for each reachable configuration whether it leads to a circle of moves of all robots."""
         moves: _Moves = {}
         todo = [root]
         while todo:
@@ -176,7 +176,7 @@ class Exploration(LivenessProof):
         self._dead.update(here for here in moves if not self._known_live(here))
 
     def _settle(self, members: AbstractSet[Configuration], moves: _Moves) -> None:
-        """Remember a circle of moves in a strongly connected component if every robot moves in it."""
+        """Store a circle of moves in a strongly connected component if every robot moves in it."""
         base = min(members)
         inside = {here: [move for move in moves[here] if move[1] in members] for here in members}
         need = {i for i in range(len(self._system.robots)) if not self._system.finished(base, i)}
@@ -209,7 +209,7 @@ def _components(moves: _Moves) -> Iterable[set[Configuration]]:
 def _shortest(
     moves: _Moves, start: Configuration, need: AbstractSet[int], goal: Configuration
 ) -> tuple[list[int], Configuration]:
-    """Return the shortest sequence of moves that ends with a move of a robot in `need`, or else in `goal`."""
+    """Return the shortest sequence of moves that ends with a move of a robot in `need`, or in `goal`."""
     todo: deque[tuple[Configuration, tuple[int, ...]]] = deque([(start, ())])
     seen = {start}
     while True:

@@ -1,4 +1,4 @@
-"""Keeping a way open to where every place has a slot free: for everyone, where homes are missing."""
+"""A proof where homes are missing: keeps a way to a configuration with a free slot in every place."""
 
 from collections.abc import Iterator
 from heapq import heappop, heappush
@@ -18,25 +18,26 @@ from loopgate.model import Configuration
 class FreeSlots(WitnessProof):
     """The proof by moves that lead to a configuration with a free slot in every place.
 
-    *A configuration with a slot free in every place is live for everyone*, whatever the places hold. Move any
-    robot, and while that leaves a place full, move who came first into it. Only one place is full at a time,
-    so this is deterministic; and one-to-one backwards, since the one who went last can go back. So it cannot
-    run into a circle without coming through its beginning, before which a place would have been full that has
-    two slots free then. So it ends, with a slot free everywhere and the robot one further. Robots on open
-    paths have ended by then, in states that never block.
+    *A configuration with a free slot in every place is live for everyone*, whatever the capacities. Move any
+    robot. While that leaves a place full, move the robot that came first into that place. Only one place is
+    full at a time, so the sequence is deterministic. It is also one-to-one backwards, since the robot that
+    moved last can move back. So it cannot enter a circle except through its beginning; and before its
+    beginning a place would have been full that has two free slots then. So the sequence ends, with a free
+    slot in every place and the first robot one state further. Robots on open paths have ended by then, in
+    states that never block.
 
     Parameters
     ----------
     layout
         The system's layout; see `applies`.
     budget
-        The most configurations to look at, and the longest time, for one decision; `begin` has no limit of
-        time.
+            The most configurations to examine, and the longest time, for one decision; `begin` has no limit
+        of time.
 
     Notes
     -----
-    Sound, and never blocks everyone. It may refuse moves that are safe, where a slot free everywhere cannot
-    be reached though everyone could go on, or is not found within the budget.
+    Sound, and never blocks all robots. It may refuse safe moves if free slots in every place cannot be
+    reached although every robot could go on, or are not found within the budget.
     """
 
     def __init__(self, layout: SystemIndex, budget: Budget) -> None:
@@ -51,7 +52,7 @@ class FreeSlots(WitnessProof):
         return all(s < 0 for s in layout.settles)
 
     def begin(self, configuration: Configuration, stand: Occupancy) -> bool:
-        """Find moves to a slot free everywhere; see `LivenessProof.begin`."""
+        """Find moves to free slots in every place; see `LivenessProof.begin`."""
         self._forget()
         self.missing = Reason.BUDGET
         moves = self._search(stand, inf)
@@ -125,7 +126,7 @@ class FreeSlots(WitnessProof):
         return witness + self._pushed(there, robot)
 
     def _possible(self, there: Occupancy, moves: list[int]) -> bool:
-        """Make the moves; False at the first that is not possible."""
+        """Make the moves; return False at the first impossible one."""
         for i in moves:
             if not there.enabled(i):
                 return False
@@ -135,8 +136,9 @@ class FreeSlots(WitnessProof):
     def _pushed(self, there: Occupancy, robot: int) -> list[int]:
         """After the move of `robot`, move the heads of full places until none is full; return the moves.
 
-        Places that are left in any order are left in order of arrival here, those who were there before by
-        number. It ends, see above, and no budget may end it before: else everyone could be refused.
+        Places that may be left in any order are left in order of arrival here; robots that were there before
+        go by number. The moves come to an end (see the class). No budget limits them, or all robots could be
+        refused.
         """
         lines: dict[int, list[int]] = {}
         moves: list[int] = []
@@ -157,12 +159,12 @@ class FreeSlots(WitnessProof):
         return (s for s, blocks in enumerate(self._blocking) if blocks and count[s] >= room[s])
 
     def _left(self, stand: Occupancy) -> int:
-        """Return how many places are full and how many robots have not ended that will; 0: done."""
+        """Return the number of full places, and of robots that will end but have not; both 0 at the goal."""
         follow = self.layout.follow
         return sum(1 for _ in self._full(stand)) + sum(follow[i][stand.at[i]] >= 0 for i in self._enders)
 
     def _search(self, stand: Occupancy, deadline_s: float) -> list[int] | None:
-        """Return moves from `stand` to a slot free everywhere, None if there are none; best first."""
+        """Return moves from `stand` to free slots in every place, or None; best first."""
         seen = {self._key(stand)}
         ways: list[tuple[int, int]] = [(-1, -1)]
         todo = [(self._left(stand), 0, 0, stand)]

@@ -7,17 +7,19 @@ from loopgate.gates.certified.occupancy import Occupancy
 def next_mover(stand: Occupancy, robot: int) -> int:
     """Return the robot to move next so that `robot` moves in the end.
 
-    For systems that the chain rule keeps going: all places left in order of arrival, holding two or more or
-    a single robot's own, all paths closed. Ask again after each move until `robot` has moved. It ends where
-    no set of places is crowded (`loopgate.gates.certified.crowding`): else the same places would be left and
-    entered again and again, by residents alone, with one slot in all.
+    It is for systems in which the chain rule decides: all places are left in order of arrival, and have two
+    slots or more or are private; all paths are closed. Call it again after each move until `robot` has moved.
+    The moves come to an end where no set of places is crowded (`loopgate.gates.certified.crowding`).
+    Otherwise residents alone could leave and enter the same places again and again, with one free slot in
+    all.
 
-    Raises `ValueError` if full places wait for one another in a circle already: nobody in them can ever move.
+    Raises `ValueError` if full places already wait for one another in a circle: no robot in them can ever
+    move.
 
     Notes
     -----
-    `loopgate.gates.certified.chain.next_mover` says whose turn it is. O(places on the chain). How many moves
-    it takes has no bound that is polynomial in the places.
+    `loopgate.gates.certified.chain.next_mover` names the robot. O(places on the chain). The number of moves
+    has no bound that is polynomial in the places.
     """
     lines = _Lines(stand)
     mover = chain.next_mover(lines, stand.state(robot))
@@ -29,13 +31,13 @@ def next_mover(stand: Occupancy, robot: int) -> int:
 
 
 class _Lines:
-    """A configuration as the chain rule sees it."""
+    """A configuration as places for the chain rule."""
 
     def __init__(self, stand: Occupancy) -> None:
         self._stand = stand
 
     def free(self, place: int) -> int:
-        """Return how many slots are free; a place of a robot's own always has one."""
+        """Return the number of free slots; a private place always has one."""
         layout = self._stand.layout
         return 1 if layout.system.private[place] else layout.room[place] - self._stand.count[place]
 

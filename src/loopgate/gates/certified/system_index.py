@@ -1,4 +1,4 @@
-"""Facts about a system that the certified gate needs before the first move: homes, rests, ways home."""
+"""Facts about a system that the certified gate needs before the first move: homes, rests, paths home."""
 
 from operator import or_
 
@@ -6,7 +6,7 @@ from loopgate.model import System
 from loopgate.reading import listed
 
 _WIDE = 2
-"""From this capacity on, a deadlock in a place is a circle of full places and nothing else."""
+"""With this capacity or more, the only deadlocks of places are circles of full places."""
 
 
 class SystemIndex:

@@ -1,10 +1,10 @@
 """The shortest circulation that covers streets, and a closed walk of about the same length.
 
-Covering given arcs of a directed graph by one closed walk is the directed rural postman problem. Without the
-demand that the walk hangs together it is a minimum-cost circulation, a linear programme; where the answer
-falls into parts, each part has to be left at least once. With such cuts, added until there is one part, the
-answer is a closed walk (Christofides, Campos, Corberan, Mota, "An algorithm for the rural postman problem
-on a directed graph", Math. Programming Study 26, 1986).
+Covering given arcs of a directed graph by one closed walk is the directed rural postman problem. If the walk
+need not be connected, it is a minimum-cost circulation, a linear programme. Where its solution has several
+parts, each part must be left at least once. With such cuts, added until there is one part, the solution is a
+closed walk (Christofides, Campos, Corberan, Mota, "An algorithm for the rural postman problem on a directed
+graph", Math. Programming Study 26, 1986).
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _ROUNDS = 1
 _MOST_PARTS = 150
 _GAP = 0.005
 _MOST_BRANCHES = 40
-"""Cuts are added so many times, and each time the programme is solved to within `_GAP` or so many branches:
-what is left then is joined by detours, which are few. A circulation in more parts gets no cuts, which would
-take minutes: it is joined as it is."""
+"""Limits of the cuts: how often they are added, and the gap or the number of branches to which each programme
+is solved. Detours join the few parts that are left. A circulation in more parts gets no cuts, which would
+take minutes; detours join it as it is."""
 
 
 @dataclass(frozen=True, slots=True)
 class Circulation:
-    """Streets driven."""
+    """The streets that a circulation drives."""
 
     nodes: tuple[int, ...]
     """One visited node for each choice of nodes."""
@@ -48,9 +48,9 @@ def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) 
     graph
         Strongly connected.
     cost
-        Of each arc.
+        The cost of each arc.
     choices
-        Nodes of which one has to be visited; for a street with several nodes all of them.
+        For each street its nodes, of which one must be visited.
     """
     balance, visits = _demands(graph, choices)
     times = np.rint(_solved(cost, balance, visits, ()).x).astype(np.int64)
@@ -72,7 +72,7 @@ def circulate(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) 
 
 
 def least_circulation(graph: LaneGraph, cost: Floats, choices: Sequence[Sequence[int]]) -> float:
-    """Return the cost of the cheapest circulation alone; as `circulate`."""
+    """Return only the cost of the cheapest circulation; parameters as in `circulate`."""
     return float(_solved(cost, *_demands(graph, choices), (), whole=False).fun)
 
 
@@ -119,7 +119,7 @@ def _solved(
 
 
 def _parts(graph: LaneGraph, times: Ints) -> list[Ints]:
-    """Return the nodes of each part in which the arcs driven hang together."""
+    """Return the nodes of each connected part of the driven arcs."""
     used = times > 0
     nodes = len(graph.edges)
     links = csr_array((np.ones(used.sum()), (graph.tail[used], graph.head[used])), shape=(nodes, nodes))
@@ -128,7 +128,7 @@ def _parts(graph: LaneGraph, times: Ints) -> list[Ints]:
 
 
 def _walk(graph: LaneGraph, times: Ints, part: Ints) -> tuple[int, ...]:
-    """Return a closed walk over the arcs within a part, each as often as it is driven."""
+    """Return a closed walk over the arcs of a part, each as often as it is driven."""
     euler: nx.MultiDiGraph[int] = nx.MultiDiGraph()
     inside = np.isin(graph.tail, part)
     for arc in np.flatnonzero(inside & (times > 0)).tolist():

@@ -1,4 +1,4 @@
-"""Covering loops by design: K closed walks over given streets, the longest as short as can be."""
+"""Designs covering loops: K closed walks over given streets, with the longest as short as possible."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import LEAST_CHANGE_M
 
 _STARTS, _COUNTED = 20, 100
-"""Bounds on the longest are sought from so many streets, for so many loops at most."""
+"""Bounds on the longest walk are computed from this many streets, for at most this many loops."""
 
 
 @dataclass(frozen=True, slots=True)
 class CoverTask:
-    """Streets to be covered, and how."""
+    """The streets to cover, and the limits of the loops."""
 
     edges: tuple[str, ...] | None = None
     """The streets; every edge open to the class if None."""
@@ -37,11 +37,11 @@ class CoverTask:
     either_way: bool = False
     """Whether one direction of a street is enough."""
     both_sides: tuple[str, ...] = ()
-    """With `either_way`, edges of streets of which both directions are to be covered all the same."""
+    """With `either_way`, edges of streets of which both directions must be covered."""
     longest: float = math.inf
-    """Longest loop [m, or s at the speed limits by time]."""
+    """Greatest length of a loop [m]; greatest time [s] with `by_time`."""
     by_time: bool = False
-    """Whether loops are to be short in seconds at the speeds allowed, not in metres."""
+    """Whether loops shall be short in time at the speed limits [s], not in length [m]."""
     depots: tuple[str, ...] = ()
     """Depot edges; every loop passes the nearest one. Empty for none."""
     around: frozenset[str] | None = None
@@ -49,51 +49,52 @@ class CoverTask:
     change_m: float = LEAST_CHANGE_M
     """Length of the shortest edge on which a vehicle can change lanes [m]."""
     place_m: float = 0.0
-    """Length of the shortest edge on which vehicles can wait [m]. No loop comes back to one over shorter ones
-    alone, unless streets could not be covered otherwise; 0 if that does not matter."""
+    """Length of the shortest edge on which vehicles can wait [m]. A loop returns to such an edge over shorter
+    edges only if streets could not be covered otherwise. 0 if that does not matter."""
 
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """Streets that can be covered, ready to be given to loops."""
+    """Streets that can be covered, with shortest paths and bounds, before loops are made."""
 
     task: CoverTask
     graph: LaneGraph
-    """Lanes and turns, all of which can be reached from each other."""
+    """Lanes and turns; each can be reached from each other."""
     ways: Ways
-    """Between the streets required."""
+    """Shortest paths between the required streets."""
     circulation: float
-    """Cost of the cheapest circulation over them [m, or s by time]: no loops are shorter in all."""
+    """Cost of the cheapest circulation over them [m, or s by time], a lower bound on all loops together."""
     apart: Floats
-    """First the cost of the longest of their shortest closed walks: some loop is as long. Then, for so many
-    loops: there is one street more, no two of which have a shorter closed walk."""
+    """Lower bounds on the longest loop. The first is the cost of the longest of the streets' shortest closed
+    walks. The others are, for each number of loops: among one street more than loops, no two streets have
+    a shorter closed walk."""
     tour: Ints
-    """One tour through all of them."""
+    """One tour through all required streets."""
     required: tuple[str, ...]
-    """Edges to be covered."""
+    """The edges to cover."""
     left_out: dict[str, CoverReason]
-    """Edges that cannot be covered, and why."""
+    """The edges that cannot be covered, and why."""
 
     def bound(self, count: int) -> float:
         """Return a lower bound on the longest of `count` loops."""
         return max(self.circulation / count, float(self.apart[0]), *map(float, self.apart[count : count + 1]))
 
     def dearer(self, more: Mapping[str, float]) -> Design:
-        """Return the design with an extra cost for driving over some streets."""
+        """Return the design with an extra cost for some streets."""
         cost = self.ways.cost.copy()
         for rank, node in enumerate(self.ways.nodes):
             cost[:, rank] += more.get(self.graph.edges[node], 0.0)
         return replace(self, ways=replace(self.ways, cost=cost))
 
     def settled(self) -> Design:
-        """Return the design without its shortest ways, which take much memory; bounds and reasons stay."""
+        """Return the design without its shortest paths, which take much memory; bounds and reasons stay."""
         nodes, cost = np.zeros(0, dtype=np.int64), np.zeros((0, 0))
         return replace(self, ways=Ways(nodes, cost, cost.astype(np.int32), nodes))
 
     def plans(self, count: int, *, seed: int, begun: TourPlan | None = None) -> Iterator[TourPlan]:
-        """Yield ever better plans for `count` loops, or for more loops if the longest is bounded.
+        """Yield better and better plans for `count` loops, or for more loops if the longest is bounded.
 
-        With `begun`, a plan that was found before, the search goes on with that.
+        With `begun`, a plan found before, the search continues from that plan.
         """
         most = self.task.longest
         if math.isinf(most):
@@ -111,9 +112,9 @@ class Design:
 
 
 def walks_of(design: Design, plan: TourPlan) -> list[tuple[int, ...]]:
-    """Return the closed walks of a plan, as nodes of the graph, each led over the nearest depot.
+    """Return the closed walks of a plan, as nodes of the graph, each past its nearest depot.
 
-    A tour that becomes too long by the way over its depot is cut into halves.
+    A tour that the way to its depot makes too long is cut in half.
     """
     tours = [tuple(int(rank) for rank in tour) for tour in plan.tours]
     if not design.task.depots:
@@ -162,17 +163,17 @@ def _over_depot(design: Design, tour: tuple[int, ...], hubs: Sequence[int]) -> t
 def make_design(
     network: RoadNetwork, task: CoverTask, *, without: dict[str, CoverReason] | None = None
 ) -> Design:
-    """Find the streets that can be covered, and lower bounds of the loops.
+    """Find the streets that can be covered, and lower bounds on the loops.
 
-    Raises `NetworkError` if an edge of the task is not in the network; `RouteError` if not one of the streets
-    can be covered.
+    Raises `NetworkError` if an edge of the task is not in the network; `RouteError` if no street can be
+    covered.
 
     Parameters
     ----------
     network, task
-        The roads, and what is to be covered.
+        The roads, and the streets to cover.
     without
-        Edges to keep off, and why.
+        Edges to avoid, and why.
     """
     kept_off = without or {}
     wanted = wanted_edges(network, task)
@@ -209,7 +210,7 @@ def make_design(
 def coverable(network: RoadNetwork, task: CoverTask) -> list[str]:
     """Return the edges that closed walks can reach; vehicles may still be unable to queue there.
 
-    Raises as `make_design`, but for an empty answer.
+    Raises the errors of `make_design`, except for an empty answer.
     """
     wanted = wanted_edges(network, task)
     try:

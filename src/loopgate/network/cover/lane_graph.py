@@ -1,4 +1,4 @@
-"""The graph on which covering loops are designed: lanes that a vehicle can choose between, and the turns."""
+"""The graph on which covering loops are designed: lanes between which a vehicle can choose, and turns."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import LEAST_CHANGE_M
 
 _SPARE_M = 1e-3
-"""Each lane counts as so much longer [m], so that of ways equally long that over fewer edges is taken."""
+"""Extra length of each lane, so that of equally long ways the one over fewer edges is chosen [m]."""
 
 
 @dataclass(frozen=True, slots=True)
 class LaneGraph:
     """The graph of lanes and turns for one vehicle class, with numbered nodes and arcs.
 
-    A node is an edge as it is entered: all its neighbouring lanes together where it is long enough to change
-    lanes on it, else a single lane.
+    A node is a way to enter an edge: one lane, or all neighbouring lanes together if the edge is long enough
+    to change lanes on it.
     """
 
     edges: tuple[str, ...]
-    """Edge of each node, in the network file's order."""
+    """The edge of each node, in the network file's order."""
     tail: Ints
     head: Ints
     """`tail` and `head`: nodes that each arc leads from and to."""
     length_m: Floats
-    """Of each arc: the way through the junction and over the edge it leads to [m]."""
+    """Length of each arc: over the junction and the edge to which it leads [m]."""
     seconds: Floats
-    """Of each arc: the time for that at the speeds allowed [s]."""
+    """Time of each arc at the speed limits [s]."""
 
     def components(self) -> list[list[int]]:
         """Return the strongly connected sets of nodes, the largest first."""
@@ -63,8 +63,8 @@ class LaneGraph:
     def without_rings(self, waits: Sequence[bool]) -> LaneGraph:
         """Return the graph without closed ways on which no vehicle can wait.
 
-        What lies on such a ring is there once more for who comes from that node, without the way back. Where
-        that would cut streets off, the ring stays.
+        The nodes of such a ring get a copy for vehicles that come from its beginning; the copy does not lead
+        back. Where this would cut streets off, the ring stays.
 
         `waits`: whether vehicles can wait on each node.
         """

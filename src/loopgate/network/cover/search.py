@@ -1,4 +1,4 @@
-"""Several closed tours, the longest as short as can be: large-neighbourhood search in rounds."""
+"""Searches for several closed tours whose longest is short: large-neighbourhood search in rounds."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,29 +13,29 @@ from loopgate.network.cover.tours import assigned, cut_in_two, split
 ROUNDS, _IDLE = 16, 4
 _MOVES, _MOVES_OF_EACH, _MOVES_OF_ALL = 300_000, 1_000, 400_000_000
 _PAIRS, _PAIR_CELLS = 150, 5_000_000
-"""In each round every street is moved so often, less often where there are many; so many pairs of tours are
-made anew, fewer where they are large. After `_IDLE` rounds without a gain it is over."""
+"""Effort of each round: moves of each street (fewer with many streets), and pairs of tours that are made
+again (fewer with large tours). The search ends after `_IDLE` rounds without a gain."""
 
 _SHARE, _SHARE_AT_BOUND = 0.3, 3.0
 """Share of the total in what tours are worth, in units of the longest."""
 
 _HEAT, _MOST_HEAT, _PAIR_HEAT = 27.0, 0.3, 0.003
-"""Of moving streets, by how large a part of a tour one is, and at most; and of pairs."""
+"""Tolerance for worse tours when streets move, by a street's share of a tour and at most; and for pairs."""
 
 _NEAR, _AROUND = 25, 60
 _STRING = 10, 20
 _LONGEST_FIRST, _NEAREST = 0.4, 0.35
 _NOISE = (0.0, 0.02, 0.02, 0.1, 0.1, 0.3, 0.3)
 _AT_BOUND = 0.04
-"""A longest tour that is no more than this over the bound is short enough: then the total counts."""
+"""A longest tour within this of the bound is short enough: then the total length is reduced."""
 
 _FEWEST = 3
-"""With fewer tours none is given up."""
+"""With fewer tours than this, no tour is given up."""
 
 
 @dataclass(frozen=True, slots=True)
 class TourPlan:
-    """Closed tours through required streets, which go by their rank, with their lengths."""
+    """Closed tours through required streets, given by their rank, with the lengths of the tours."""
 
     tours: tuple[Ints, ...]
     lengths: tuple[float, ...]
@@ -54,22 +54,22 @@ class TourPlan:
 def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, seed: int) -> Iterator[TourPlan]:
     """Yield better and better plans, `ROUNDS` + 1 in all; the last plan is the best.
 
-    First a tour through all is cut; tours that are several are gone on with, in half as many rounds. Then, in
-    rounds, strings of streets are moved between tours, and pairs of tours are made anew: the cheapest
-    assignment over both, patched to one tour and cut in two.
+    The search begins by cutting one tour through all streets; several given tours are improved, in half as
+    many rounds. In each round strings of streets are moved between tours, and pairs of tours are made again:
+    the cheapest assignment over both, joined to one tour and cut in two.
 
     Parameters
     ----------
     cost
-        Between streets, shape (n, n); on the diagonal the closed walk through one alone.
+        Between streets, shape (n, n); on the diagonal the closed walk through one street alone.
     tours
-        Through all of them: one, or what an earlier search has found.
+        Tours through all streets: one, or the result of an earlier search.
     count
-        How many tours; one for each street where these are fewer.
+        Number of tours; at most one for each street.
     bound
-        No longest tour is shorter: where it is nearly reached, the total is made small.
+        Lower bound on the longest tour: near it, the total length is reduced.
     seed
-        The same seed makes the same tours.
+        Seed of the search; the same seed gives the same tours.
     """
     best = _plan(cost, tours) if len(tours) > 1 else _begin(cost, tours[0], count, bound)
     yield best
@@ -155,9 +155,9 @@ def _moved(
 
 
 def _given_up(cost: Floats, plan: TourPlan, bound: float) -> TourPlan:
-    """Return a plan in which the shortest tour is given up to the others, and the longest is cut in two.
+    """Return a plan in which the shortest tour is divided among others, and the longest is cut in two.
 
-    Strings move between neighbours only, so a tour that is short because little lies about it would stay so.
+    Strings move between neighbours only, so a tour with few streets near it would stay short.
     """
     longest = plan.tours[int(np.argmax(plan.lengths))]
     if len(plan.tours) < _FEWEST or len(longest) == 1 or plan.longest <= bound * (1.0 + _AT_BOUND):
@@ -206,14 +206,14 @@ def _paired(cost: Floats, plan: TourPlan, bound: float, heat: float, rng: np.ran
 
 
 def _nearest(cost: Floats, tours: Sequence[Ints], one: int) -> list[int]:
-    """Return the other tours, the nearest first: there and back."""
+    """Return the other tours, the nearest first, by the way there and back."""
     away, back = cost[tours[one]].min(axis=0), cost[:, tours[one]].min(axis=1)
     apart = [float(away[tour].min() + back[tour].min()) for tour in tours]
     return sorted((k for k in range(len(tours)) if k != one), key=lambda k: (apart[k], k))
 
 
 def _remade(cost: Floats, both: Ints, scale: float, noise: float, rng: np.random.Generator) -> list[Ints]:
-    """Return two tours in place of two, made from the assignment over their streets, with costs blurred."""
+    """Return two tours made from the streets of two tours, by an assignment with randomised costs."""
     between = cost[np.ix_(both, both)]
     tour = assigned(between * (1.0 + noise * rng.random(between.shape)))
     found = []

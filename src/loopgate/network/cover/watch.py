@@ -20,7 +20,7 @@ class Patrol:
     laps_s: tuple[float, ...]
     """Time of a lap on each loop [s]."""
     vehicles: tuple[int, ...]
-    """On each loop."""
+    """Number of vehicles on each loop."""
     intervals_s: Mapping[str, float]
     """Mean time between two visits of each street on the loops [s]."""
 
@@ -36,7 +36,7 @@ def patrol(network: RoadNetwork, loops: Sequence[Loop], vehicles: Sequence[int])
 
 
 def laps_s(network: RoadNetwork, loops: Sequence[Loop]) -> tuple[float, ...]:
-    """Return the time of a lap at the speeds the roads allow [s]."""
+    """Return the time of a lap on each loop at the speed limits [s]."""
     return tuple(_times_s(network, loop)[-1] for loop in loops)
 
 
@@ -48,7 +48,7 @@ def _times_s(network: RoadNetwork, loop: Loop) -> list[float]:
 def allot(laps: Sequence[float], vehicles: int) -> tuple[int, ...]:
     """Distribute vehicles over loops so that the longest time between two vehicles is as short as possible.
 
-    Each next one goes to the loop with the longest; weights come in as longer laps. O(n log n).
+    Each next vehicle goes to the loop with the longest such time; weights count as longer laps. O(n log n).
 
     Raises `RouteError` if there are fewer vehicles than loops.
     """
@@ -71,9 +71,9 @@ def vehicles_needed(laps: Sequence[float], revisit_s: float) -> tuple[int, ...]:
 
 
 def even_starts_m(network: RoadNetwork, loop: Loop, vehicles: int) -> tuple[float, ...]:
-    """Return arc lengths of fronts that are evenly spaced in time at the speeds allowed [m].
+    """Return arc lengths of fronts that are evenly spaced in time at the speed limits [m].
 
-    Inside junctions nobody starts: there it is the beginning of the lane behind.
+    A vehicle cannot start inside a junction; it then starts at the beginning of the lane after it.
     """
     times = np.array([0.0, *_times_s(network, loop)])
     ends = np.array([0.0, *(span.end_m for span in loop.spans)])
