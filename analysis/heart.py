@@ -99,8 +99,8 @@ class Turnover:
 
     def step(self) -> None:
         """Let one go and one come, if it is time."""
-        self._outside += self._driving.missed
-        self.joined -= len(self._driving.missed)
+        self._outside += self._driving.arrivals.missed
+        self.joined -= len(self._driving.arrivals.missed)
         if self._traffic.now_s < self._next_s:
             return
         self._next_s += self._every_s
@@ -112,10 +112,10 @@ class Turnover:
         fitting = [
             way
             for way in self._outside
-            if driving.is_clear(way) and driving.ledger.fits(driving.path(way)[way.position])
+            if driving.arrivals.is_clear(way) and driving.ledger.fits(driving.paths.of(way)[way.position])
         ]
         for way in fitting[:1]:
-            if self._driving.let_in(way, self._insertions[way.vehicle]):
+            if self._driving.arrivals.let_in(way, self._insertions[way.vehicle]):
                 self._outside.remove(way)
                 self.joined += 1
 
@@ -188,7 +188,7 @@ def drive(
             driving = make_driving(scenario, assembly, traffic, gate, orders, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
             driving.on_leaving = lambda account, why: left.append((account, why))
-            driving.lay([way_of(track) for track in later])
+            driving.paths.lay([way_of(track) for track in later])
             driving.take_in(ways[: len(here)])
             room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
             departures = Departures(traffic, driving, due_of(assembly.network, assembly.departures), room)

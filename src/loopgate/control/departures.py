@@ -119,7 +119,7 @@ class Departures:
     def look(self) -> None:
         """Let the vehicles depart that want to by now, as far as places, gate and crowding allow."""
         now_s, driving = self._traffic.now_s, self._driving
-        for way in driving.missed:
+        for way in driving.arrivals.missed:
             self._wait(self._by_name[way.vehicle])
         while self._coming and self._coming[0].at_s <= now_s:
             self._wait(self._coming.popleft())
@@ -128,7 +128,7 @@ class Departures:
             first[0] if first and self._others >= _IN_TURN and now_s >= first[0].at_s + _LONG_S else None
         )
         tried: set[str] = set()
-        few = driving.once + len(driving.coming) < self._least
+        few = driving.once + len(driving.arrivals.coming) < self._least
         for one in first:
             goes_on = one is longest or one.again or few
             if one.place in tried or not (goes_on or not self._is_crowded(one)):
@@ -136,7 +136,7 @@ class Departures:
             tried.add(one.place)
             if self._let_in(one, now_s):
                 self._others = 0 if one is longest else self._others + 1
-                few = driving.once + len(driving.coming) < self._least
+                few = driving.once + len(driving.arrivals.coming) < self._least
 
     def _wait(self, one: Due) -> None:
         insort(self._outside.setdefault((one.place, one.again), []), one, key=lambda other: other.turn)
@@ -144,7 +144,7 @@ class Departures:
 
     def _count(self, one: Due, change: int) -> None:
         """Add `change` to the queue outside each place from the vehicle's own to the next junction."""
-        path = self._driving.path(one.way)
+        path = self._driving.paths.of(one.way)
         for leg in path[one.way.position :]:
             leg.place.outside += change
             if leg.passes:
@@ -155,7 +155,7 @@ class Departures:
         if not self._heeds_crowds:
             return False
         limits: dict[Place, float] = {}
-        path = self._driving.path(one.way)
+        path = self._driving.paths.of(one.way)
         for leg, limit in zip(path[one.way.position :], one.limits[one.way.position :], strict=True):
             if not one.way.legs[leg.number].away:
                 limits[leg.place] = limit
@@ -164,8 +164,8 @@ class Departures:
     def _let_in(self, one: Due, now_s: float) -> bool:
         """Let a vehicle depart in the next step if there is space for it; return whether it does."""
         driving, way = self._driving, one.way
-        leg: Leg = driving.path(way)[way.position]
-        if not driving.is_clear(way, one.gap_m):
+        leg: Leg = driving.paths.of(way)[way.position]
+        if not driving.arrivals.is_clear(way, one.gap_m):
             if (now_s - one.at_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
                 driving.ledger.shut(leg.place)
             return False
@@ -175,7 +175,7 @@ class Departures:
         if not driving.ledger.fits(leg) or not self._admits(way):
             return False
         driving.ledger.shut(leg.place)
-        if not driving.let_in(way, one.insertion):
+        if not driving.arrivals.let_in(way, one.insertion):
             return False
         self._outside[one.place, one.again].remove(one)
         self._count(one, -1)

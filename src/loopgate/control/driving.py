@@ -6,18 +6,19 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
-from typing import Final
 
 from loopgate.control.accounts import Account, Accounts
+from loopgate.control.arrivals import Arrivals
 from loopgate.control.brakes import Brakes
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.diary import Diary, Row, look, write_down
 from loopgate.control.fronts import Fronts
-from loopgate.control.layout import Drawings, Layout
+from loopgate.control.layout import Layout
 from loopgate.control.leading import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.parking import Parking, put_in_order
+from loopgate.control.paths import Paths
 from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.pressure import Pressure
 from loopgate.control.rolling import Rolling
@@ -30,10 +31,7 @@ from loopgate.control.way import Way
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
-from loopgate.traffic.base import Insertion, Traffic
-
-_GAP_M: Final = 2.5
-"""Room to the vehicle ahead for one that comes in [m]."""
+from loopgate.traffic.base import Traffic
 
 
 class Driving:
@@ -46,7 +44,8 @@ class Driving:
     traffic
         The running simulation.
     layout, ledger
-        Places and paths; who holds and waits. The ledger is empty.
+        Places and paths; the ledger, without vehicles. Without rules no vehicle asks it: each way has one leg
+        without an end.
     sight
         Of ordinary traffic, if there is any.
     stops
@@ -56,7 +55,7 @@ class Driving:
     pressing
         How much room is left in crowded places, if that is to follow from who drives round.
     spacing
-        Spaces vehicles on loops; its rule is the ledger's.
+        Spaces vehicles on loops; its rule is among the ledger's.
     """
 
     def __init__(
@@ -70,15 +69,14 @@ class Driving:
         pressing: Pressure | None = None,
         spacing: Spacing | None = None,
     ) -> None:
-        self._traffic, self._layout, self.ledger, self.sight = traffic, layout, ledger, sight
-        self.places = layout.places
-        """The places, by name."""
+        self._traffic, self.ledger, self.sight = traffic, ledger, sight
+        self._gated = bool(ledger.rules)
+        self.paths = Paths(layout)
+        self.arrivals = Arrivals(traffic, ledger, self.paths)
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self.stages: dict[int, str] = {}
         """Which stage of the gate decided, by the number of the event among `rows`."""
-        self._paths: dict[int, tuple[Drawings, list[Leg]]] = {}
-        """The paths, with the legs as they are drawn, by the identity of these."""
         self._pressing, self._spacing = pressing, spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
@@ -98,14 +96,6 @@ class Driving:
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
-        self.is_gated = True
-        """Whether vehicles ask for anything. One that does not has a way with one leg, that never ends."""
-        self.coming: list[Way] = []
-        """Those that are to depart in the next step."""
-        self.missed: list[Way] = []
-        """Those that were to depart in the last step and found no room on the road."""
-        self.departed_s: dict[str, float] = {}
-        """When vehicles departed that `let_in` let come [s]."""
         self.on_leaving: Callable[[Account, str], None] = lambda _account, _why: None
         """Called with the account of each vehicle that leaves, and why it does."""
         self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
@@ -115,44 +105,10 @@ class Driving:
         self.changes = 0
         """How often vehicles have come or gone."""
 
-    def lay(self, ways: Sequence[Way]) -> None:
-        """Lay ways on which vehicles will come: else each is laid when its first vehicle comes."""
-        for way in ways:
-            self.path(way)
-
     def take_in(self, ways: Sequence[Way]) -> None:
         """Take vehicles in that are on the road, in line where they are, and answer requests."""
         self.welcome(ways)
         self.answer()
-
-    def let_in(self, way: Way, insertion: Insertion) -> bool:
-        """Let a vehicle depart in the next step; `is_clear`, and `fits` of the ledger, say whether it may.
-
-        Return whether it can: the simulator puts it in no faster than it can brake for its line.
-        """
-        line = way.legs[way.position].line
-        self._traffic.put_in(way.vehicle, insertion)
-        try:
-            self._traffic.hold(way.vehicle, line.edge, line.lane, line.position_m)
-        except TrafficError:
-            self._traffic.take_out(way.vehicle)
-            return False
-        self.coming.append(way)
-        return True
-
-    def _let_come(self) -> None:
-        """Take in who has departed, before anybody is granted their slots."""
-        departed = set(self._traffic.departed()) if self.coming else set[str]()
-        coming, self.coming, self.missed = self.coming, [], []
-        for way in coming:
-            # Two that come in one step could close a circle together.
-            if way.vehicle in departed and self.ledger.fits(self.path(way)[way.position]):
-                self.welcome([way])
-                self.ledger.vehicles[way.vehicle].held = True
-                self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
-            else:
-                self._traffic.take_out(way.vehicle)
-                self.missed.append(way)
 
     def welcome(self, ways: Sequence[Way], beyond: int = 0) -> None:
         """Take vehicles in; places may hold so many `beyond` their slots. `answer` follows."""
@@ -173,17 +129,17 @@ class Driving:
                 foreseen=way.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(
-                way.vehicle, self.path(way), way.position, make, way.lap_m, beyond, number
+                way.vehicle, self.paths.of(way), way.position, make, way.lap_m, beyond, number
             )
             vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
             put_in_order(self.ledger, vehicle)
         for way in ways:
             vehicle = self.ledger.vehicles[way.vehicle]
             vehicle.row = len(self.diaries)
-            diary = Diary(vehicle, way, self.path(way))
+            diary = Diary(vehicle, way, self.paths.of(way))
             self.diaries.append(diary)
             self.accounts.open(diary)
-            if self.is_gated:
+            if self._gated:
                 traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
                 self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
             self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge, ""))
@@ -197,7 +153,7 @@ class Driving:
             if self._spacing is not None:
                 self._spacing.take_in(vehicle, way.loop)
             if again:
-                self._round[way.vehicle] = self.path(way)
+                self._round[way.vehicle] = self.paths.of(way)
         if any(way.vehicle in self._round for way in ways):
             self._leave_room()
 
@@ -207,22 +163,6 @@ class Driving:
             paths = {id(path): path for path in self._round.values()}
             places = {leg.place: None for path in paths.values() for leg in path}
             self._pressing.room_for(len(self.ledger.vehicles), places)
-
-    def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
-        """Return whether a slot is free where a vehicle starts, and all vehicles there are ahead of it.
-
-        `gap_m`: the room that it keeps to them [m].
-        """
-        leg = self.path(way)[way.position]
-        clear_m = way.front_m - leg.begin_m + gap_m
-        if leg.place.is_full():
-            return False
-        for body in leg.place.bodies:
-            other = body.vehicle
-            rear_m = other.front_m - body.begin_m - other.make.length_m
-            if rear_m < clear_m or (other.parks and other.stops_here()):
-                return False
-        return True
 
     @property
     def once(self) -> int:
@@ -234,31 +174,11 @@ class Driving:
         """The paths of those on the road that drive round."""
         return self._round.values()
 
-    def path(self, way: Way) -> list[Leg]:
-        """Return the legs of a way."""
-        if id(way.legs) not in self._paths:
-            self._paths[id(way.legs)] = way.legs, self._layout.path(way.legs)
-        return self._paths[id(way.legs)][1]
-
-    def lay_more(self, slots: Mapping[str, int], ways: Mapping[str, Drawings]) -> None:
-        """Lay more ways while vehicles drive on theirs, whose places stay as they are.
-
-        `slots`: of all places. `ways`: all, by the names of their loops, as they are drawn now.
-        """
-        laid = {id(diary.path): (diary.path, ways[diary.way.loop]) for diary in self.diaries}
-        self._layout.extend(slots, list(ways.values()), list(laid.values()))
-        self._paths.clear()
-
-    def lay_anew(self, layout: Layout) -> None:
-        """Go on with other places and ways; nobody is there."""
-        self._layout, self.places = layout, layout.places
-        self._paths.clear()
-
     def leave(self, name: str, why: str = "left") -> None:
         """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
         vehicle = self.ledger.vehicles[name]
         row = vehicle.row
-        if self.is_gated:
+        if self._gated:
             for body in vehicle.bodies[:-1]:
                 self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
             self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, why))
@@ -290,7 +210,7 @@ class Driving:
 
         Return whether that can be done now. `edges`: the route by which the simulator leads it.
         """
-        path, make = self.path(way), vehicle.make
+        path, make = self.paths.of(way), vehicle.make
         if not may_turn_off(vehicle, path[way.position]):
             return False
         self._traffic.lead(vehicle.name, edges)
@@ -334,7 +254,7 @@ class Driving:
             if name in self.ledger.vehicles:
                 self.leave(name, "arrived")
         there = len(self.diaries)
-        self._let_come()
+        self.arrivals.come(self.welcome)
         moved_m = self.fronts.read()
         at_m, speeds = self.fronts.at_m.tolist(), (moved_m / self._traffic.step_s).tolist()
         for vehicle in look(self.diaries, at_m, speeds, self.ledger, self.rows):
@@ -354,7 +274,7 @@ class Driving:
         self.used_stops.look(self.diaries)
         if self._spacing is not None:
             self._spacing.look()
-        if self.is_gated:
+        if self._gated:
             self.steering.look_for_strays(self.diaries)
 
     def answer(self) -> None:

@@ -64,10 +64,10 @@ class GatedDepartures(Departures):
         self._traffic, self._driving = traffic, driving
         self._due, self._slots = due_of(network, departures), slots
         self._rules: Rules | None = None
-        self.departed_s = driving.departed_s
-        driving.lay([one.way for one in self._due])
+        self.departed_s = driving.arrivals.departed_s
+        driving.paths.lay([one.way for one in self._due])
         once = {id(one.way.legs): one.way for one in self._due if one.way.legs[-1].away}
-        self._passing = [driving.path(way) for way in once.values()]
+        self._passing = [driving.paths.of(way) for way in once.values()]
         driving.on_leaving = self._leaves
 
     @property
@@ -87,11 +87,11 @@ class GatedDepartures(Departures):
         driving = self._driving
         if way.legs[-1].away:
             return True
-        coming = [one for one in (*driving.coming, way) if not one.legs[-1].away]
+        coming = [one for one in (*driving.arrivals.coming, way) if not one.legs[-1].away]
         number: dict[Place, int] = {}
         loops, passing = (
             [[number.setdefault(leg.place, len(number)) for leg in path] for path in paths]
-            for paths in ([*driving.rounds, *map(driving.path, coming)], self._passing)
+            for paths in ([*driving.rounds, *map(driving.paths.of, coming)], self._passing)
         )
         return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
 

@@ -167,7 +167,7 @@ def make_driving(
         spacing=spacing,
     )
     if deciding is not None:
-        deciding.know(driving.places)
+        deciding.know(driving.paths.places)
         driving.rolling.on = scenario.arriving == "rolling" and roads is None
     lights = ObeyedLights(
         lamps,

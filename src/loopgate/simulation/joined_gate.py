@@ -49,7 +49,7 @@ class JoinedGate:
     def admits(self, way: Way) -> bool:
         """Return whether the gate could keep its promise with one more vehicle."""
         try:
-            start_with(self._driving, [*self._driving.coming, way], self._spec)
+            start_with(self._driving, [*self._driving.arrivals.coming, way], self._spec)
         except GateError:
             return False
         return True
@@ -70,7 +70,9 @@ def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[
     GateError
         If the gate cannot keep its promise with them.
     """
-    lines = {name: [one.name for one in place.line] for name, place in driving.places.items() if place.line}
+    lines = {
+        name: [one.name for one in place.line] for name, place in driving.paths.places.items() if place.line
+    }
     ways, at, left_m = dict[str, Way](), dict[str, int](), dict[str, float]()
     for name, vehicle in driving.ledger.vehicles.items():
         ways[name], at[name] = driving.diaries[vehicle.row].way, vehicle.leg.number
@@ -84,7 +86,7 @@ def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[
     names = dict.fromkeys([*(name for line in lines.values() for name in line), *ways])
     robots = [Robot(RobotId(n), tuple(leg.state for leg in ways[n].legs), start=at[n]) for n in names]
     there = Counter(robot.path[robot.start] for robot in robots)
-    slots = {state: driving.places[state].slots for robot in robots for state in robot.path}
+    slots = {state: driving.paths.places[state].slots for robot in robots for state in robot.path}
     everybody = len(robots) + SPARE
     slots = {state: everybody if most == NEVER_FULL else most for state, most in slots.items()}
     room = {state: max(most, there[state]) for state, most in slots.items()}

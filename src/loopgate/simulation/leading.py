@@ -163,7 +163,7 @@ class Leading:
         tracks = list(tracks)
         self._tracks = {track.vehicle: track for track in tracks}
         self._laid = {id(track.legs) for track in tracks}
-        driving.lay([way_of(track) for track in tracks])
+        driving.paths.lay([way_of(track) for track in tracks])
         self._known: dict[str, LedVehicle] = {}
         self._seen = -1
         self._withheld: AbstractSet[str] = frozenset()
@@ -210,11 +210,11 @@ class Leading:
     def line(self, place: str) -> Sequence[LedVehicle]:
         """Return the vehicles in the line of a place, first in line first."""
         known = self.driver_of
-        return [known[vehicle.name] for vehicle in self._driving.places[place].line]
+        return [known[vehicle.name] for vehicle in self._driving.paths.places[place].line]
 
     def slots(self, place: str) -> int:
         """Return the number of slots of a place."""
-        return self._driving.places[place].slots
+        return self._driving.paths.places[place].slots
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
@@ -223,7 +223,7 @@ class Leading:
 
     def shut(self, place: str) -> None:
         """Let no vehicle enter a place in the next step."""
-        self._ledger.shut(self._driving.places[place])
+        self._ledger.shut(self._driving.paths.places[place])
 
     def withhold(self, vehicles: AbstractSet[str]) -> None:
         """Grant nothing to these vehicles from now on.

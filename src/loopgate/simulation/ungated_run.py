@@ -83,7 +83,6 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
         stops=assembly.stops,
         spacing=spacing_of(scenario, assembly, traffic),
     )
-    driving.is_gated = False
     tracks = [alone(track) for track in assembly.tracks]
     drive = Drive(traffic, recorder, driving, [way_of(track) for track in tracks], None)
     leading = Leading(traffic, driving, tracks)

@@ -61,9 +61,9 @@ def test_of_two_that_would_close_a_circle_together_one_waits() -> None:
     traffic.step()
     driving.take_in(ways[:2])
     for way in ways[2:]:
-        assert driving.ledger.fits(driving.path(way)[way.position])
-        assert driving.let_in(way, Insertion("ab", "car", 0, way.front_m))
+        assert driving.ledger.fits(driving.paths.of(way)[way.position])
+        assert driving.arrivals.let_in(way, Insertion("ab", "car", 0, way.front_m))
     driving.step()
-    assert list(driving.departed_s) == ["v2"]
-    assert driving.missed == ways[3:]
+    assert list(driving.arrivals.departed_s) == ["v2"]
+    assert driving.arrivals.missed == ways[3:]
     assert set(traffic.fleet) == {"v0", "v1", "v2"}

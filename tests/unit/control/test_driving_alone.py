@@ -178,7 +178,7 @@ def test_a_vehicle_that_leaves_gives_its_slot_to_one_that_waits() -> None:
     """It holds the shared place and vanishes in it; the one that waits is granted in the next step."""
     road = SharedRoad(120.0, 125.0)
     road.drive_to("hold")
-    (body,) = road.driving.places["s"].bodies
+    (body,) = road.driving.paths.places["s"].bodies
     holder = body.vehicle.name
     (other,) = road.ledger.vehicles.keys() - {holder}
     granted = len(road.rows("grant"))
@@ -186,7 +186,7 @@ def test_a_vehicle_that_leaves_gives_its_slot_to_one_that_waits() -> None:
     assert list(road.ledger.vehicles) == [other]
     road.driving.step()
     assert [row[1] for row in road.rows("grant")[granted:]] == [other]
-    assert [one.vehicle.name for one in road.driving.places["s"].bodies] == [other]
+    assert [one.vehicle.name for one in road.driving.paths.places["s"].bodies] == [other]
     for _ in range(300):
         road.driving.step()
     assert min(road.laps()) > 3
@@ -197,7 +197,9 @@ def test_a_vehicle_that_comes_is_held_and_then_let_go() -> None:
     """It begins at rest at the end of its place, and holds that alone; its laps count from there."""
     road = SharedRoad(120.0)
     way = way_of("v1", 125.0)
-    road.driving.lay_more({"pv0": 1, "pv1": 1, "s": 1}, {one.loop: one.legs for one in (*road.ways, way)})
+    road.driving.paths.lay_more(
+        {"pv0": 1, "pv1": 1, "s": 1}, {one.loop: one.legs for one in (*road.ways, way)}, road.driving.diaries
+    )
     road.traffic.fleet["v1"] = vehicle_at("v1", 125.0)
     road.traffic.hold("v1", "v1p", 0, 199.0)
     road.drive(20.0)
@@ -232,8 +234,8 @@ def test_a_vehicle_that_comes_is_in_line_by_where_it_is() -> None:
     for way in ways:
         driving.take_in([way])
     order = ["w2", "w0", "w3", "w1"]
-    assert [one.name for one in driving.places["pv0"].line] == order
-    assert [body.vehicle.name for body in driving.places["pv0"].bodies] == order
+    assert [one.name for one in driving.paths.places["pv0"].line] == order
+    assert [body.vehicle.name for body in driving.paths.places["pv0"].bodies] == order
 
 
 @pytest.mark.parametrize(("most", "edges"), [(0, ["v1p", "v1s"]), (1, [])])
@@ -270,7 +272,9 @@ def changed_every(seconds: float) -> SharedRoad:
             another = f"another{len(ways)}"
             first, last = ways["v0"]
             ways[another] = (replace(first, state=StateId(another)), last)
-            road.driving.lay_more({leg.state: 1 for legs in ways.values() for leg in legs}, ways)
+            road.driving.paths.lay_more(
+                {leg.state: 1 for legs in ways.values() for leg in legs}, ways, road.driving.diaries
+            )
             road.driving.answer()
     assert (road.driving.brakes.overruns, road.ledger.trespasses) == (0, 0)
     return road
@@ -283,7 +287,7 @@ def test_ways_drawn_anew_change_nothing() -> None:
     assert always.traffic.holds == never.traffic.holds
     assert always.traffic.releases == never.traffic.releases
     assert len(never.driving.rows) > 100
-    assert len(always.driving.places) > len(never.driving.places) + 50
+    assert len(always.driving.paths.places) > len(never.driving.paths.places) + 50
 
 
 @pytest.mark.parametrize(

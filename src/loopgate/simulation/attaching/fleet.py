@@ -111,10 +111,10 @@ class Fleet:
         self._itineraries, room = plan.itineraries, plan.room
         legs = {track.loop: track.legs for track in plan.tracks}
         if self._ledger.vehicles:
-            self._driving.lay_more(room, legs)
+            self._driving.paths.lay_more(room, legs, self._driving.diaries)
         else:
-            self._driving.lay_anew(Layout(room, list(legs.values()), self._signals, self._roads.add))
-            self._deciding.know(self._driving.places)
+            self._driving.paths.lay_anew(Layout(room, list(legs.values()), self._signals, self._roads.add))
+            self._deciding.know(self._driving.paths.places)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:
         """Let vehicles join together if places and gate allow it; return whether they do.
@@ -122,7 +122,7 @@ class Fleet:
         Call `answer` afterwards. `beyond`: how many vehicles more than its slots a place may hold.
         """
         come = Counter(track.legs[track.start_position].state for track in tracks)
-        places, ways = self._driving.places, [way_of(track) for track in tracks]
+        places, ways = self._driving.paths.places, [way_of(track) for track in tracks]
         for name, number in come.items():
             if len(places[name].bodies) + number > places[name].slots + beyond:
                 return False
@@ -186,4 +186,4 @@ class Fleet:
 
     def mend_order(self) -> int:
         """Put the lines of all places in the order on the road; return how many lines were not."""
-        return mend_order(self._ledger, self._driving.places.values())
+        return mend_order(self._ledger, self._driving.paths.places.values())

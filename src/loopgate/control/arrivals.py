@@ -1,0 +1,73 @@
+"""Arrivals: vehicles that come onto the road while others drive."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+from loopgate.control.ledger import Ledger
+from loopgate.control.paths import Paths
+from loopgate.control.way import Way
+from loopgate.errors import TrafficError
+from loopgate.traffic.base import Insertion, Traffic
+
+_GAP_M: Final = 2.5
+"""The gap of a new vehicle to the vehicle ahead [m]."""
+
+
+class Arrivals:
+    """Puts vehicles on the road, and into the ledger in the step in which SUMO has let them depart."""
+
+    def __init__(self, traffic: Traffic, ledger: Ledger, paths: Paths) -> None:
+        self._traffic, self._ledger, self._paths = traffic, ledger, paths
+        self.coming: list[Way] = []
+        """The ways of vehicles that are to depart in the next step."""
+        self.missed: list[Way] = []
+        """The ways of vehicles that found no room on the road in the last step."""
+        self.departed_s: dict[str, float] = {}
+        """The time at which each vehicle of `let_in` departed [s]."""
+
+    def let_in(self, way: Way, insertion: Insertion) -> bool:
+        """Let a vehicle depart in the next step, if `is_clear` and `Ledger.fits` allow it.
+
+        SUMO inserts it at a speed at which it can brake for its stop line. Return whether it can.
+        """
+        line = way.legs[way.position].line
+        self._traffic.put_in(way.vehicle, insertion)
+        try:
+            self._traffic.hold(way.vehicle, line.edge, line.lane, line.position_m)
+        except TrafficError:
+            self._traffic.take_out(way.vehicle)
+            return False
+        self.coming.append(way)
+        return True
+
+    def come(self, welcome: Callable[[Sequence[Way]], None]) -> None:
+        """Call `welcome` for each vehicle that has departed, before the ledger grants its slot to another."""
+        departed = set(self._traffic.departed()) if self.coming else set[str]()
+        coming, self.coming, self.missed = self.coming, [], []
+        for way in coming:
+            # Two vehicles that come in one step could close a circle together.
+            if way.vehicle in departed and self._ledger.fits(self._paths.of(way)[way.position]):
+                welcome([way])
+                self._ledger.vehicles[way.vehicle].held = True
+                self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
+            else:
+                self._traffic.take_out(way.vehicle)
+                self.missed.append(way)
+
+    def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
+        """Return whether the place where a vehicle starts has a free slot, with all its vehicles ahead.
+
+        `gap_m`: the gap to these vehicles [m].
+        """
+        leg = self._paths.of(way)[way.position]
+        clear_m = way.front_m - leg.begin_m + gap_m
+        if leg.place.is_full():
+            return False
+        for body in leg.place.bodies:
+            other = body.vehicle
+            rear_m = other.front_m - body.begin_m - other.make.length_m
+            if rear_m < clear_m or (other.parks and other.stops_here()):
+                return False
+        return True

@@ -1,0 +1,58 @@
+"""Paths: the ways of vehicles as legs over places, each laid once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from loopgate.control.diary import Diary
+from loopgate.control.layout import Drawings, Layout
+from loopgate.control.places import Leg
+from loopgate.control.way import Way
+
+
+class Paths:
+    """The paths of all ways, in a layout.
+
+    Ways with the same drawn legs share a path.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._laid: dict[int, tuple[Drawings, list[Leg]]] = {}
+        """Drawn legs and their path, by the identity of the drawn legs."""
+        self.places = layout.places
+        """The places, by name."""
+
+    def of(self, way: Way) -> list[Leg]:
+        """Return the legs of a way; it is laid if no vehicle has come on it yet."""
+        if id(way.legs) not in self._laid:
+            self._laid[id(way.legs)] = way.legs, self._layout.path(way.legs)
+        return self._laid[id(way.legs)][1]
+
+    def lay(self, ways: Iterable[Way]) -> None:
+        """Lay ways before vehicles come on them."""
+        for way in ways:
+            self.of(way)
+
+    def lay_more(
+        self, slots: Mapping[str, int], ways: Mapping[str, Drawings], diaries: Sequence[Diary]
+    ) -> None:
+        """Lay more ways while vehicles drive; the places that exist stay.
+
+        Parameters
+        ----------
+        slots
+            The slots of all places.
+        ways
+            The drawn legs of all ways, by the name of the loop.
+        diaries
+            The diaries of the vehicles on the road.
+        """
+        laid = {id(diary.path): (diary.path, ways[diary.way.loop]) for diary in diaries}
+        self._layout.extend(slots, list(ways.values()), list(laid.values()))
+        self._laid.clear()
+
+    def lay_anew(self, layout: Layout) -> None:
+        """Go on with another layout; no vehicle is on the road."""
+        self._layout, self.places = layout, layout.places
+        self._laid.clear()
