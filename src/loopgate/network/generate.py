@@ -94,7 +94,7 @@ class LoopSearch:
     def result(self, loops: Sequence[Loop], count: int, *, dropped: str, ease: str = "") -> FoundLoops:
         """Return the loops found, with a warning and its reason if they are too few.
 
-        `dropped` says in words which `admits` did not take, empty if none; `ease` what to do about those.
+        `dropped`: a phrase for the loops that `admits` refused, or empty; `ease`: advice about these.
         Raises `RouteError` if there is not a single one.
         """
         if len(loops) == count:

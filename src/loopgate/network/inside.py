@@ -1,6 +1,7 @@
 """Checks that the lanes inside junctions fit the movements and requests of a network.
 
-It ends by a signal on many networks in which they do not, without a word. Nets and connections are sumolib's.
+SUMO crashes without a message on many networks in which they do not fit. Nets and connections are objects of
+sumolib.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ def check_inside(
 def lanes_over(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
     """Return the internal lanes of a movement, through internal junctions too.
 
-    Raises `NetworkError` if the last of them does not lead to where the movement does: SUMO itself ends by a
-    signal on some of such networks, without a word.
+    Raises `NetworkError` if the last of them does not lead to the movement's end: SUMO crashes without a
+    message on some of these networks.
     """
     chain: list[str] = []
     lane_id, outgoing = connection.getViaLaneID(), []
@@ -104,9 +105,9 @@ def _check_waiting(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -
 
 
 def _check_between(net: Any, file: Path, between: Collection[str]) -> None:  # noqa: ANN401  sumolib has no types
-    """Raise `NetworkError` if there is no junction between two internal lanes of one movement.
+    """Raise `NetworkError` if there is no junction between the two internal lanes of a movement.
 
-    SUMO ends by a signal as soon as a vehicle would wait there.
+    SUMO crashes when a vehicle would wait there.
     """
     for first in (edge for edge in net.getEdges() if edge.getFunction() == "internal"):
         movements = (c for some in first.getOutgoing().values() for c in some)

@@ -16,12 +16,12 @@ from loopgate.network.xml_file import open_xml
 from loopgate.reading import refusing, shown
 
 _UNPROJECTED = frozenset({"", "!", "-", "."})
-"""What SUMO writes where it used no projection, or one that has no name."""
+"""SUMO's words for no projection, or a projection without a name."""
 
 
 @dataclass(frozen=True)
 class Projection:
-    """How coordinates of a network become longitude and latitude (WGS 84).
+    """The map from coordinates of a network to longitude and latitude (WGS 84).
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Projection:
     parameter
         The projection in PROJ's words, such as ``+proj=utm +zone=33 +datum=WGS84``.
     offset_m
-        What was added to projected coordinates to get the network's, x and y [m].
+        Offset of the network's coordinates from the projected coordinates, x and y [m].
 
     Examples
     --------

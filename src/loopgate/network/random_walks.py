@@ -10,7 +10,7 @@ _DETOUR = 1.0
 """Road lengths are stretched by a random share of up to this much, so that loops differ."""
 
 _CROWDED = 3.0
-"""By how much a road that another loop uses counts as longer where roads that others use are avoided."""
+"""Factor on the length of a road that another loop uses, where such roads are avoided."""
 
 
 class RandomWalks:
@@ -44,8 +44,8 @@ class RandomWalks:
     def attempt(self, rng: random.Random, reach: float) -> tuple[str, ...] | None:
         """Return a closed walk that uses no edge twice; None if this attempt found none.
 
-        Walks are about as long as the range of lengths allows, or as the part of it that `reach` leaves.
-        O(E log E) for the E edges within reach.
+        Its length is about in the allowed range, or in the part of the range that `reach` leaves. O(E log E)
+        for the E edges within reach.
         """
         # One draw per edge, reached or not: seeds of studies stand for their loops.
         stretch = [1.0 + _DETOUR * rng.random() for _ in self._edges]

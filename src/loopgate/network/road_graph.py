@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Road:
-    """An edge in the graph: the numbers of its followers, and the metres through the junction.
+    """An edge in the graph: its next edges, and the metres through the junction to each.
 
-    `length_m` and the metres are the least that any lane takes.
+    `length_m` and these metres are the least of all lanes.
     """
 
     length_m: float

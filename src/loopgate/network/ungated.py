@@ -13,7 +13,7 @@ from loopgate.network.stops import REFUSED
 from loopgate.reading import counted, listed, shown
 
 _SUDDEN = ("triggered", "containerTriggered", "split")
-"""Values of ``depart`` by which something else than time lets a vehicle depart."""
+"""Values of ``depart`` with which an event, not a time, lets a vehicle depart."""
 
 _TYPES = ("vType", "vTypeDistribution")
 _MOST_SHOWN = 20
@@ -41,7 +41,7 @@ class Ungated:
 
 @dataclass(frozen=True, slots=True)
 class UngatedFleet:
-    """All vehicles of a file that no gate can drive, with types and routes that they may need."""
+    """All vehicles of a file that no gate can drive, with the types and routes that they may need."""
 
     vehicles: tuple[Ungated, ...] = ()
     demand: tuple[ET.Element, ...] = field(default=(), hash=False)
@@ -63,14 +63,14 @@ def take_ungated(
 ) -> UngatedFleet:
     """Remove vehicles that no gate can drive from files of trips, and return them.
 
-    Vehicles whose routes are repeated are on loops: they stay, and are refused.
+    Vehicles whose routes are repeated are on loops: they stay in the files, and are refused later.
 
     Parameters
     ----------
     tops
         All files with vehicles.
     own
-        Those of them that are route files: SUMO loads the types and routes of others by itself.
+        The route files among them. From the other files, SUMO itself loads types and routes.
     """
     routes = {one.get("id", ""): one for _, top in tops for one in top.iter("route") if one.get("id")}
     spreads = {one.get("id", ""): one for _, top in tops for one in top.findall("routeDistribution")}
@@ -89,7 +89,7 @@ def take_ungated(
     for _, top in tops:
         for one in [one for one in top if one.tag in {"route", "routeDistribution"}]:
             its = {one.get("id", ""), *routes_named([one]), *(r.get("id", "") for r in one.iter("route"))}
-            if its & bad:  # whoever names it has been taken out
+            if its & bad:  # the vehicles with this route have been removed
                 top.remove(one)
     return UngatedFleet(tuple(found), demand)
 
@@ -97,7 +97,7 @@ def take_ungated(
 def _ways(
     element: ET.Element, routes: Mapping[str, ET.Element], spreads: Mapping[str, ET.Element]
 ) -> list[ET.Element]:
-    """Return the routes on which a vehicle may drive, as far as files hold them."""
+    """Return the routes that a vehicle may drive, as far as the files have them."""
     on = element.get("route", "")
     some = [spread for spread in (spreads.get(on), element.find("routeDistribution")) if spread is not None]
     inner = [*element.findall("route"), *(route for spread in some for route in spread.iter("route"))]

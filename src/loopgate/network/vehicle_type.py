@@ -64,11 +64,11 @@ _FIGURES: dict[str, tuple[float, float, str]] = {
     "speedFactor": (_ABOVE_0, 1e2, "a share of the speed limit"),
     "mass": (_ABOVE_0, 1e9, "kilograms"),
 }
-"""Least and greatest value of an attribute, and what it is. SUMO takes some of what lies outside, such as a
-length that is no number, and drives on without a word."""
+"""Least and greatest value of an attribute, and its meaning. SUMO accepts some other values, such as a length
+that is no number, without an error."""
 
 _SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading", "startup")
-"""Beginnings of the names of further settings, of any sign and size, but finite; some may be clock times."""
+"""Beginnings of the names of further settings: any finite number; some may be clock times."""
 
 
 @dataclass(frozen=True, slots=True)

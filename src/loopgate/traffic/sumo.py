@@ -357,9 +357,9 @@ class SumoTraffic(SumoStops, SumoLights):
         return self.at_own_stop(vehicle) or self._waits.faces_red(vehicle)
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles each of which keeps a standing vehicle from going on; see `RoadWaits`.
+        """Return the vehicles of which each blocks a standing vehicle; see `RoadWaits`.
 
-        Nobody keeps one that is at a stop of its own: it goes on by itself.
+        No vehicle blocks a vehicle at a stop of its own, which goes on by itself.
         """
         if self.at_own_stop(vehicle):
             return ()

@@ -9,12 +9,13 @@ class Patience:
     Parameters
     ----------
     patience
-        A robot has waited too long after so many moves of others per robot without one of its own; 0: never.
+            Number of moves of other robots, per robot of the system, after which a robot without a move has
+        waited too long; 0: never.
 
     Notes
     -----
     A robot is favoured until it moves, or until it has been favoured for as long as it had waited: it may be
-    parked or broken down, and then the next one gets its turn. O(1) per move.
+    parked or broken down, and then the next robot gets its turn. O(1) per move.
     """
 
     def __init__(self, robots: int, patience: int) -> None:

@@ -36,7 +36,7 @@ class Prover:
     easier to get home) and a reason why they cannot all get home:
 
     - ``wait``: robots that can never move again, because each waits for others of them.
-    - ``harmless``: moves that cost nobody anything, and an earlier line about what is then left (``to``).
+    - ``harmless``: moves that block no robot, and the earlier line about what is left then (``to``).
     - ``moves``: for every robot that can move, an earlier line about what follows.
     """
 

@@ -16,13 +16,13 @@ class SystemIndex:
     visitors at once. An *ender* of a state is a robot that stays there for good. A state is *passable* for
     a robot if it can still be driven through after all other enders have come to rest in it.
 
-    A *home* of a robot is a position where it hinders nobody and from where it can go on alone when all
+    A *home* of a robot is a position where it blocks no robot and from where it can go on alone when all
     others are at home: on a closed path any state that never blocks, on an open path the terminal, and any
     state that never blocks behind which all states are passable.
 
     A state is *wide* if it can block, holds two or more besides its enders (and has none if it is FIFO), and
     all robots can still drive on from it when all others have ended.
-    With ``rests`` the wide states count as homes; whoever uses that layout sees to their room by other means
+    With ``rests`` the wide states count as homes; the user of that layout keeps slots free by other means
     (see `ChainRule`).
 
     Attributes

@@ -1,4 +1,4 @@
-"""Shortest ways between the streets to cover."""
+"""Shortest paths between the streets to cover."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ from loopgate.network.cover.lane_graph import LaneGraph
 
 @dataclass(frozen=True, slots=True)
 class Ways:
-    """The shortest ways between the streets to cover, by their numbers."""
+    """The shortest paths between the streets to cover, by number of the street."""
 
     nodes: Ints
     cost: Floats
-    """Shape (n, n): of the way from the end of one to the end of another; on the diagonal that of the
-    shortest closed walk."""
+    """Shape (n, n): cost from the end of one street to the end of another; on the diagonal, the cost of the
+    street's shortest closed walk."""
     before: npt.NDArray[np.int32]
-    """Shape (n, nodes of the graph): the node before each one on the shortest way from a required node."""
+    """Shape (n, nodes of the graph): the node before each node on the shortest path from a required node."""
     closing: Ints
     """The node before each required node on its shortest closed walk."""
 
@@ -44,7 +44,7 @@ class Ways:
 
 
 def shortest_ways(graph: LaneGraph, cost: Floats, nodes: Sequence[int]) -> Ways:
-    """Find the shortest ways between nodes of a strongly connected graph; n searches of Dijkstra.
+    """Find the shortest paths between nodes of a strongly connected graph; n searches of Dijkstra.
 
     `graph`, `cost`: the lanes, and the cost of each arc; above 0.
     """

@@ -19,7 +19,7 @@ def assigned(cost: Floats) -> Ints:
     """Return a tour through all nodes: the cheapest assignment of followers, patched.
 
     Karp ("A patching algorithm for the nonsymmetric traveling-salesman problem", SIAM J. Comput. 8, 1979).
-    The diagonal of `cost` is that of a tour through one alone.
+    The diagonal of `cost` has the tours through a single node.
     """
     _, following = scipy.optimize.linear_sum_assignment(cost)
     return _patched(cost, following)
@@ -57,7 +57,7 @@ def _patched(cost: Floats, following: Ints) -> Ints:
 
 @kernel
 def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) -> tuple[int, int]:
-    """Return the pair, of one set and another, whose exchange of followers costs least."""
+    """Return a node of one set and a node of another whose exchange of followers costs least."""
     least, found = np.inf, (some[0], others[0])
     for x in some:
         after_x = following[x]
@@ -104,7 +104,7 @@ def _best_cut(between: Floats, power: int, scale: float) -> tuple[int, int]:
 
 
 def split(cost: Floats, tour: Ints, count: int, least: float) -> list[Ints]:
-    """Cut a tour into up to `count` stretches, each closed by the shortest way, the longest short.
+    """Cut a tour into up to `count` stretches, each closed by the shortest path, with the longest short.
 
     Frederickson, Hecht, Kim ("Approximation algorithms for some routing problems", SIAM J. Comput. 7, 1978),
     with the fewest stretches for a longest length by dynamic programming, and that length by bisection.
@@ -112,9 +112,9 @@ def split(cost: Floats, tour: Ints, count: int, least: float) -> list[Ints]:
     Parameters
     ----------
     cost, tour, count
-        Between all, the order, and how many stretches at most.
+        Costs between all nodes, their order on the tour, and the largest number of stretches.
     least
-        No longest stretch is shorter.
+        Lower bound on the longest stretch.
     """
     size = len(tour)
     best: list[Ints] = []

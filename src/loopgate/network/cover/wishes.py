@@ -1,4 +1,4 @@
-"""Which streets are meant, and how much each counts: from the command line and from files."""
+"""Reads which streets to cover, and their weights, from the command line and from files."""
 
 import math
 from collections.abc import Collection
@@ -121,7 +121,7 @@ def _inside(
 def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
     """Read weights of streets from lines ``EDGE WEIGHT``: how many times as often to visit them.
 
-    Raises `RouteError` if a line is no such thing; the text names file and line.
+    Raises `RouteError` if a line is invalid; the text names file and line.
     """
     weights: dict[str, float] = {}
     with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):
