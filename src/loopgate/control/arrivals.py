@@ -1,4 +1,4 @@
-"""Arrivals: vehicles that come onto the road while others drive."""
+"""Puts vehicles on the road while others drive, and into the ledger once they have departed."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ _GAP_M: Final = 2.5
 
 
 class Arrivals:
-    """Puts vehicles on the road, and into the ledger in the step in which SUMO has let them depart."""
+    """Inserts vehicles in SUMO, and puts them into the ledger in the step in which they depart."""
 
     def __init__(self, traffic: Traffic, ledger: Ledger, paths: Paths) -> None:
         self._traffic, self._ledger, self._paths = traffic, ledger, paths
         self.coming: list[Way] = []
-        """The ways of vehicles that are to depart in the next step."""
+        """The vehicles that shall depart in the next step, with their paths."""
         self.missed: list[Way] = []
-        """The ways of vehicles that found no room on the road in the last step."""
+        """The vehicles that found no space on the road in the last step, with their paths."""
         self.departed_s: dict[str, float] = {}
-        """The time at which each vehicle of `let_in` departed [s]."""
+        """When each vehicle of `let_in` departed [s]."""
 
     def let_in(self, way: Way, insertion: Insertion) -> bool:
-        """Let a vehicle depart in the next step, if `is_clear` and `Ledger.fits` allow it.
+        """Let a vehicle depart in the next step; call it only if `is_clear` and `Ledger.fits` allow that.
 
-        SUMO inserts it at a speed at which it can brake for its stop line. Return whether it can.
+        Return False if SUMO cannot insert it so that it can brake for its stop line.
         """
         line = way.legs[way.position].line
         self._traffic.put_in(way.vehicle, insertion)
@@ -57,9 +57,9 @@ class Arrivals:
                 self.missed.append(way)
 
     def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
-        """Return whether the place where a vehicle starts has a free slot, with all its vehicles ahead.
+        """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
 
-        `gap_m`: the gap to these vehicles [m].
+        `gap_m`: the gap that the vehicle keeps to them [m].
         """
         leg = self._paths.of(way)[way.position]
         clear_m = way.front_m - leg.begin_m + gap_m

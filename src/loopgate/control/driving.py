@@ -1,4 +1,4 @@
-"""Drives vehicles on their ways through the ledger: steps, reads, answers, holds and lets go."""
+"""Drives the vehicles of a run through the ledger: steps SUMO, answers requests, holds and releases."""
 
 from __future__ import annotations
 
@@ -35,27 +35,27 @@ from loopgate.traffic.base import Traffic
 
 
 class Driving:
-    """Vehicles on their ways, under the rules of a ledger.
+    """Drives vehicles along their paths, under the rules of a ledger.
 
-    All vehicles are read in one go after a step; the rest costs only for vehicles that reached something.
+    It reads all vehicles in one call after a step. All other work is only for vehicles that have reached a
+    point where something is due.
 
     Parameters
     ----------
     traffic
         The running simulation.
     layout, ledger
-        Places and paths; the ledger, without vehicles. Without rules no vehicle asks it: each way has one leg
-        without an end.
+        Places and paths; the ledger, without vehicles yet.
     sight
-        Of ordinary traffic, if there is any.
+        Reads ordinary vehicles; None without ordinary traffic.
     stops
-        Where vehicles stop in every round, by vehicle, in the order of its loop.
+        For each vehicle, its stops in a round, in the order of its loop.
     has_room
-        Whether there is room for a vehicle in its place, ordinary vehicles considered.
+        Returns whether ordinary vehicles leave space for a vehicle in its place.
     pressing
-        How much room is left in crowded places, if that is to follow from who drives round.
+        The pressure order, if its share of crowded places follows from the number of vehicles on loops.
     spacing
-        Spaces vehicles on loops; its rule is among the ledger's.
+        Spaces vehicles on loops; its rule is one of the ledger's.
     """
 
     def __init__(
@@ -76,15 +76,15 @@ class Driving:
         self.rows: list[Row] = []
         """The events: time [s], vehicle, event, place, reason."""
         self.stages: dict[int, str] = {}
-        """Which stage of the gate decided, by the number of the event among `rows`."""
+        """The stage of the gate that decided, by number of the event in `rows`."""
         self._pressing, self._spacing = pressing, spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
         self._round: dict[str, list[Leg]] = {}
-        """The paths of those that drive round."""
+        """The paths of the vehicles that drive loops, by name."""
         self.diaries: list[Diary] = []
         self.fronts = Fronts(traffic)
-        """Where the vehicles are, in the order of `diaries`."""
+        """The positions of the vehicles, in the order of `diaries`."""
         self.accounts = Accounts(traffic)
         self.steering = Steering(traffic, self.rows)
         self.brakes = Brakes(traffic, self.rows)
@@ -97,21 +97,24 @@ class Driving:
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
         self.on_leaving: Callable[[Account, str], None] = lambda _account, _why: None
-        """Called with the account of each vehicle that leaves, and why it does."""
+        """Called with the account of each vehicle that leaves, and the reason."""
         self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
-        """Called after each answer with how many decisions it took, and how long they took [s]."""
+        """Called after each answer with the number of decisions and the time that they took [s]."""
         self.sumo_s = 0.0
-        """Wall time in the simulator's steps [s]."""
+        """Wall time in SUMO's steps [s]."""
         self.changes = 0
         """How often vehicles have come or gone."""
 
     def take_in(self, ways: Sequence[Way]) -> None:
-        """Take vehicles in that are on the road, in line where they are, and answer requests."""
+        """Put vehicles on the road under the ledger, in line where they are, and answer requests."""
         self.welcome(ways)
         self.answer()
 
     def welcome(self, ways: Sequence[Way], beyond: int = 0) -> None:
-        """Take vehicles in; places may hold so many `beyond` their slots. `answer` follows."""
+        """Put vehicles on the road under the ledger; then call `answer`.
+
+        `beyond`: how many vehicles more than its slots a place may hold.
+        """
         traffic, first = self._traffic, len(self.diaries)
         self.ledger.now_s = traffic.now_s
         self.changes += len(ways)
@@ -125,7 +128,7 @@ class Driving:
                 like.decel_mps2,
                 way.top * haste,
                 haste,
-                # One that keeps the simulator's right of way too may be held by an ordinary one.
+                # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
                 foreseen=way.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(
@@ -158,7 +161,7 @@ class Driving:
             self._leave_room()
 
     def _leave_room(self) -> None:
-        """Say how much room is to be left in crowded places."""
+        """Set the share of slots from which places are crowded."""
         if self._pressing is not None:
             paths = {id(path): path for path in self._round.values()}
             places = {leg.place: None for path in paths.values() for leg in path}
@@ -166,16 +169,16 @@ class Driving:
 
     @property
     def once(self) -> int:
-        """How many are on the road that drive to the ends of their ways."""
+        """The number of vehicles on the road that drive once."""
         return len(self.ledger.vehicles) - len(self._round)
 
     @property
     def rounds(self) -> Iterable[Sequence[Leg]]:
-        """The paths of those on the road that drive round."""
+        """The paths of the vehicles on the road that drive loops."""
         return self._round.values()
 
     def leave(self, name: str, why: str = "left") -> None:
-        """Let a vehicle go, wherever it is; the places and crossings that it holds are free."""
+        """Release a vehicle, wherever it is; the slots and crossings that it holds become free."""
         vehicle = self.ledger.vehicles[name]
         row = vehicle.row
         if self._gated:
@@ -206,9 +209,9 @@ class Driving:
             later.vehicle.row -= 1
 
     def turn_off(self, vehicle: Vehicle, way: Way, edges: Sequence[str]) -> bool:
-        """Lead a vehicle on by another way from its place on, which is `way.position` of that.
+        """Lead a vehicle to another path from its place, which is leg `way.position` of that path.
 
-        Return whether that can be done now. `edges`: the route by which the simulator leads it.
+        Return whether that can be done now. `edges`: its route in SUMO.
         """
         path, make = self.paths.of(way), vehicle.make
         if not may_turn_off(vehicle, path[way.position]):
@@ -232,13 +235,13 @@ class Driving:
         return True
 
     def jumped(self, name: str, skipped_m: float) -> None:
-        """Take note that the simulator moved a vehicle ahead: nothing of that is driven [m]."""
+        """Note that SUMO moved a vehicle `skipped_m` ahead without driving."""
         diary = self.diaries[self.ledger.vehicles[name].row]
         self.fronts.jumped(diary.vehicle.row, skipped_m)
         diary.jumped(skipped_m)
 
     def step(self) -> None:
-        """Advance the traffic by one step and do what is due."""
+        """Advance SUMO by one step, then call `after_step`."""
         self.ledger.open_up()
         began = perf_counter()
         self._traffic.step()
@@ -246,7 +249,7 @@ class Driving:
         self.after_step()
 
     def after_step(self) -> None:
-        """Do what is due after a step of the traffic."""
+        """Act after a step of SUMO: read the vehicles, answer requests, and hold or release vehicles."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
         self.rolling.lift()
@@ -260,7 +263,7 @@ class Driving:
         for vehicle in look(self.diaries, at_m, speeds, self.ledger, self.rows):
             self._hold_anew(vehicle)
         self.brakes.look()
-        # Nobody moves in the step in which it departs.
+        # A vehicle does not move in the step in which it departs.
         self.accounts.look(self.diaries[:there], moved_m[:there], self.fronts.tops[:there])
         for name in self._traffic.halted():
             if name in self.accounts.of:
@@ -278,7 +281,7 @@ class Driving:
             self.steering.look_for_strays(self.diaries)
 
     def answer(self) -> None:
-        """Answer requests, and carry out what comes of it."""
+        """Answer requests, and tell SUMO which vehicles to release and to hold."""
         now_s = self._traffic.now_s
         if self.sight is not None:
             self.sight.look(self.ledger.vehicles, self.changes)
@@ -307,7 +310,7 @@ class Driving:
         self.rolling.look()
 
     def _halts(self, account: Account, now_s: float) -> None:
-        """Note that a vehicle has come to rest at the line where it is held."""
+        """Record that a vehicle has come to rest at the stop line where it is held."""
         vehicle = account.vehicle
         if vehicle.held and account.halted_s == inf:
             account.halted_s = now_s
@@ -318,7 +321,7 @@ class Driving:
 
     @staticmethod
     def wanted(vehicle: Vehicle) -> str:
-        """Return the name of the place that a vehicle wants; an empty text where its way ends."""
+        """Return the name of the next place of a vehicle; an empty text where its path ends."""
         wanted = vehicle.wanted()
         return wanted.name if wanted else ""
 
@@ -327,7 +330,7 @@ class Driving:
         vehicle.held = True
         try:
             on_lane = self._traffic.hold(vehicle.name, line.edge, line.lane, line.position_m)
-        except ClosedLaneError:  # it stands before its line, since it asked in time
+        except ClosedLaneError:  # the vehicle stops before its stop line, since it asked in time
             self._traffic.brake(vehicle.name, hard=False)
         except TrafficError:  # too late to stop there
             self.brakes.overrun(vehicle)
@@ -338,7 +341,7 @@ class Driving:
                 self.steering.lead_back(vehicle, line)
 
     def _hold_anew(self, vehicle: Vehicle) -> None:
-        """Set a stop again: one on the edge where the route was renewed has moved on to the next round."""
+        """Set the vehicle's stop again if SUMO, renewing the route, has put it off by a round."""
         way = self.diaries[vehicle.row].way
         renewed_on = way.renewed_on
         if way.renews:
@@ -353,5 +356,5 @@ class Driving:
 
 
 def _behind_m(way: Way) -> float:
-    """Return how far the front of a vehicle is from the beginning of its place, the less the farther [m]."""
+    """Return where the place of a vehicle begins, counted from its front [m]; negative."""
     return way.legs[way.position].begin_m - way.front_m

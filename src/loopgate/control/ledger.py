@@ -29,8 +29,8 @@ class Ledger(Holdings):
     Parameters
     ----------
     rules
-        The ledger asks them in this order until one refuses. The last rule decides about vehicles that the
-        others let go.
+        The ledger asks them in this order until one refuses. The last rule decides about vehicles that no
+        other rule refuses.
     everybody
         Whether each answer looks at every vehicle that waits, not only at woken vehicles. This is slow and
         gives the same grants: tests of the wake lists use it.

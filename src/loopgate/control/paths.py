@@ -1,4 +1,4 @@
-"""Paths: the ways of vehicles as legs over places, each laid once."""
+"""Lays each path of a vehicle out as legs over places, once."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from loopgate.control.way import Way
 
 
 class Paths:
-    """The paths of all ways, in a layout.
+    """The paths that have been laid out, in a layout.
 
-    Ways with the same drawn legs share a path.
+    Vehicles with the same drawn legs share a path.
     """
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._laid: dict[int, tuple[Drawings, list[Leg]]] = {}
-        """Drawn legs and their path, by the identity of the drawn legs."""
+        """The drawn legs and their path, by identity of the drawn legs."""
         self.places = layout.places
         """The places, by name."""
 
     def of(self, way: Way) -> list[Leg]:
-        """Return the legs of a way; it is laid if no vehicle has come on it yet."""
+        """Return the legs of a path; it is laid out when it is first asked for."""
         if id(way.legs) not in self._laid:
             self._laid[id(way.legs)] = way.legs, self._layout.path(way.legs)
         return self._laid[id(way.legs)][1]
 
     def lay(self, ways: Iterable[Way]) -> None:
-        """Lay ways before vehicles come on them."""
+        """Lay paths out before vehicles come."""
         for way in ways:
             self.of(way)
 
     def lay_more(
         self, slots: Mapping[str, int], ways: Mapping[str, Drawings], diaries: Sequence[Diary]
     ) -> None:
-        """Lay more ways while vehicles drive; the places that exist stay.
+        """Lay more paths out while vehicles drive; the places that exist stay.
 
         Parameters
         ----------
         slots
             The slots of all places.
         ways
-            The drawn legs of all ways, by the name of the loop.
+            The drawn legs of all paths, by the name of the loop.
         diaries
             The diaries of the vehicles on the road.
         """
@@ -53,6 +53,6 @@ class Paths:
         self._laid.clear()
 
     def lay_anew(self, layout: Layout) -> None:
-        """Go on with another layout; no vehicle is on the road."""
+        """Use another layout; no vehicle is on the road."""
         self._layout, self.places = layout, layout.places
         self._laid.clear()

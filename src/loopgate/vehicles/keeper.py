@@ -29,17 +29,17 @@ from loopgate.vehicles.post import Post
 __all__ = ["Claim", "Keeper", "Lease", "Way", "expire", "lapse", "receive"]
 
 Way = tuple[int, int]
-"""Over a crossing: the place before it, and the place behind it."""
+"""A way over a crossing: the place before it, and the place after it."""
 
 PATIENCE_S, FORGETS_S = 30.0, 5.0
-"""After so long a vehicle that is refused keeps way and last slot from younger ones, until it has not asked
-for so long [s]."""
+"""A refused vehicle that has waited `PATIENCE_S` keeps its way and the last slot from younger requests, until
+it has not asked for `FORGETS_S` [s]."""
 
 SEEN_S = 0.5
-"""So long after it sets out a vehicle is seen by others to go, at most [s]."""
+"""Other vehicles see a vehicle go within this time of its start [s]."""
 
 VOID_S = -1.0
-"""Before all times [s]: until then lasts a grant that has no lease."""
+"""End of a grant without a lease: before all times [s]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ def receive(keeper: Keeper, post: Post, message: ToPost, now_s: float) -> Answer
 
 
 def _asked(keeper: Keeper, post: Post, message: Ask, now_s: float) -> Answer:
-    """Answer a vehicle that wants over the crossing, or let its ask wait for the end of a lease."""
+    """Answer a vehicle that wants over the crossing, or let its request wait for the end of a lease."""
     held = any(e.vehicle == message.vehicle and e.number == message.number for e in post.line)
     if not held and _is_past(post, message):
         return _listened(keeper, post, message, now_s)
@@ -153,9 +153,10 @@ def lapse(keeper: Keeper, ends: Callable[[Lease], bool]) -> Keeper:
 
 
 def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[Ask]]:
-    """Return the keeper without leases and claims that a message, or time, ends; and asks that held for that.
+    """Return the keeper without the leases and claims that a message, or time, ends; and waiting requests.
 
-    The oldest of these comes first. Who waited for one that goes now sees that, and asks again.
+    These requests waited for the ended leases, oldest first. A request that waited for a vehicle which now
+    goes is left out: its vehicle sees that and asks again.
     """
     vehicle, number = -1, -1
     if isinstance(message, Goes | Moved | Left | Here):
@@ -183,20 +184,20 @@ def _ended(keeper: Keeper, message: ToPost, now_s: float) -> tuple[Keeper, list[
 
 
 def _again(keeper: Keeper, held: Sequence[Claim], goes: Sequence[Way]) -> list[Ask]:
-    """Return the asks that held, the oldest first, but not for ways in conflict with one that is used."""
+    """Return the waiting requests, oldest first, without those in conflict with a way that is used."""
     asks = [one.ask for one in held if not any((one.way, way) in keeper.conflicts for way in goes)]
     return sorted(asks, key=lambda ask: ask.stamp)
 
 
 def _is_past(post: Post, ask: Ask) -> bool:
-    """Return whether the post has heard more of a vehicle than that it asks this."""
+    """Return whether the post already lists a vehicle under the request's number or a later one."""
     numbers = [e.number for e in post.line if e.vehicle == ask.vehicle]
     numbers += [number for vehicle, number in (*post.rears, *post.gone) if vehicle == ask.vehicle]
     return bool(numbers) and max(numbers) >= ask.number
 
 
 def _claimed(keeper: Keeper, ask: Ask, now_s: float) -> Keeper:
-    """Return the keeper after it has heard an ask; a later one of the same vehicle is in its place."""
+    """Return the keeper with a vehicle's new request in place of its old one."""
     before = next((one for one in keeper.claims if one.ask.vehicle == ask.vehicle), None)
     if before is not None and (before.ask.number, before.ask.sent_s) > (ask.number, ask.sent_s):
         return keeper
@@ -215,12 +216,12 @@ def _marked(keeper: Keeper, vehicle: int, *, lacks_way: bool, waits: bool, held:
 
 
 def _conflict(keeper: Keeper, vehicle: int, way: Way) -> bool:
-    """Return whether another vehicle has a lease of a way in conflict."""
+    """Return whether another vehicle has a lease of a conflicting way."""
     return any(one.vehicle != vehicle and (one.way, way) in keeper.conflicts for one in keeper.leases)
 
 
 def _refuses(keeper: Keeper, post: Post, ask: Ask, now_s: float, *, held: bool) -> Why | None:
-    """Return why an ask is refused before the post is asked, if it is."""
+    """Return why a request is refused before the post is asked, or None."""
     way = ask.here, ask.place
     if not ask.free:
         return Why.CROSSING
@@ -239,7 +240,7 @@ def _refuses(keeper: Keeper, post: Post, ask: Ask, now_s: float, *, held: bool) 
 
 
 def _listened(keeper: Keeper, post: Post, message: ToPost, now_s: float) -> Answer:
-    """Let the post have a message, but for asks that have waited there and whose way is taken by now."""
+    """Give the post a message; refuse requests that waited there and whose way is taken by now."""
     said: list[Message] = []
     while True:
         after, out = posts.receive(post, message)
@@ -262,7 +263,7 @@ def _listened(keeper: Keeper, post: Post, message: ToPost, now_s: float) -> Answ
 
 
 def _noted(keeper: Keeper, out: Sequence[Message]) -> Keeper:
-    """Return the keeper after it has noted why vehicles are refused."""
+    """Return the keeper after it has stored why vehicles are refused."""
     for one in out:
         if isinstance(one, Refuse):
             waits = one.why in (Why.CROSSING, Why.FULL, Why.BUSY)
@@ -276,16 +277,16 @@ def _way(keeper: Keeper, vehicle: int, place: int) -> Way:
 
 
 def _without(post: Post, vehicle: int) -> Post:
-    """Return a post that neither keeps a slot for a vehicle nor lets its ask wait."""
+    """Return a post that neither keeps a slot for a vehicle nor lets its request wait."""
     kept = None if post.kept is not None and post.kept.vehicle == vehicle else post.kept
     waiting = None if post.waiting is not None and post.waiting.vehicle == vehicle else post.waiting
     return replace(post, kept=kept, waiting=waiting)
 
 
 def _lease(keeper: Keeper, grant: Grant, now_s: float, *, fresh: bool) -> tuple[Keeper, float]:
-    """Return the keeper with the lease of a grant, and until when it lasts by the vehicle's clock [s].
+    """Return the keeper with the lease of a grant, and when the lease ends by the vehicle's clock [s].
 
-    A grant that is only said again, to ask what has become of it, makes none.
+    A repeated grant, which only asks whether it is used, makes no new lease.
     """
     mine = grant.vehicle, grant.number
     old = next((one for one in keeper.leases if (one.vehicle, one.number) == mine), None)

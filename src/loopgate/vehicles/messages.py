@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 Stamp = tuple[float, int]
-"""When a vehicle first asked for what it wants now, and its number: the smaller is the older."""
+"""The time of a vehicle's first request for its next place [s], and its number: the smaller stamp is older.
+"""
 
 
 class Why(StrEnum):

@@ -140,14 +140,14 @@ def expire(post: Post) -> Answer:
 
 
 def inquire(post: Post) -> list[Message]:
-    """Return the grant repeated to a vehicle that has not said whether it uses the grant."""
+    """Return the grant again, for a vehicle that has not said whether it uses the grant."""
     if post.known or not post.line:
         return []
     return [Grant(post.line[-1].vehicle, post.line[-1].number, post.place)]
 
 
 def _asked(post: Post, ask: Ask) -> Answer:
-    """Answer a vehicle that wants in; it may ask again, and old words of it may come late."""
+    """Answer a vehicle's request; a vehicle may repeat requests, and old ones may arrive late."""
     vehicle, kept, out = ask.vehicle, post.kept, list[Message]()
     numbers = [e.number for e in post.line if e.vehicle == vehicle]
     numbers += [number for v, number in (*post.rears, *post.gone) if v == vehicle]
@@ -173,7 +173,7 @@ def _asked(post: Post, ask: Ask) -> Answer:
 
 
 def _decided(post: Post, ask: Ask) -> Answer:
-    """Let a vehicle in, or refuse it, or keep the last slot for it and send a probe."""
+    """Admit a vehicle, refuse it, or keep the last slot for it and send a probe."""
     vehicle, kept = ask.vehicle, post.kept
     entry = Entry(vehicle, ask.number, ask.then)
     if kept is not None and kept.entry is None and (kept.vehicle, kept.here) == (vehicle, ask.here):
@@ -192,7 +192,7 @@ def _decided(post: Post, ask: Ask) -> Answer:
 
 
 def _then_asked(before: Answer) -> Answer:
-    """Answer the ask that has waited, if one has and it may be answered now."""
+    """Answer the waiting request, if there is one and it can be answered now."""
     post, out = before
     if post.waiting is None or not post.known:
         return before
@@ -201,7 +201,7 @@ def _then_asked(before: Answer) -> Answer:
 
 
 def _let_in(post: Post) -> Answer:
-    """Let the vehicle in for which the slot is kept."""
+    """Admit the vehicle for which the slot is kept."""
     kept = post.kept
     if kept is None or kept.entry is None:
         return post, []
@@ -210,7 +210,7 @@ def _let_in(post: Post) -> Answer:
 
 
 def _drop(post: Post, why: Why) -> Answer:
-    """Keep the slot no longer."""
+    """Stop keeping the slot."""
     kept = post.kept
     if kept is None:
         return post, []
@@ -221,7 +221,7 @@ def _drop(post: Post, why: Why) -> Answer:
 
 
 def _moved(post: Post, vehicle: int, number: int) -> Answer:
-    """Take a vehicle out of line. Then a slot that is kept is no longer the last: it need not be kept."""
+    """Take a vehicle out of line. A kept slot is then no longer the last, so it need not be kept."""
     gone = tuple(e for e in post.line if e.vehicle == vehicle and e.number <= number)
     if not gone:
         return post, []
@@ -240,7 +240,7 @@ def _moved(post: Post, vehicle: int, number: int) -> Answer:
 
 
 def _left(post: Post, left: Left) -> Answer:
-    """Take note that a vehicle is out, and say so."""
+    """Record that a vehicle has left with its rear, and acknowledge it."""
     kept = post.kept
     if kept is not None and kept.vehicle == left.vehicle and kept.entry and kept.entry.number <= left.number:
         post = replace(post, kept=None)  # it has forgotten that it asked
@@ -253,9 +253,9 @@ def _left(post: Post, left: Left) -> Answer:
 
 
 def _stands(post: Post, here: Here) -> Answer:
-    """Take out what is older than the entry under which a vehicle stands here, and say so.
+    """Remove entries of a vehicle that are older than the entry under which it stands here; acknowledge.
 
-    If it has gone on since, under that entry or a later one, there is nothing older that is still here.
+    If the vehicle has gone on since, under that entry or a later one, no older entry is left.
     """
     mine = [e.number for e in post.line if e.vehicle == here.vehicle and e.number <= here.number]
     after, out = post, list[Message]()
@@ -274,10 +274,10 @@ def _awaits(post: Post, number: int) -> bool:
 
 
 def _passes(post: Post, probe: Probe) -> Answer:
-    """Send a probe on that comes along, or say that it ends here."""
+    """Pass on a probe that arrives, or answer that it ends here."""
     out: list[Message] = []
     clear = Clear(probe.origin, probe.number, (*probe.path, post.place))
-    if post.place == probe.here:  # the asker goes from here, whoever is first by the books
+    if post.place == probe.here:  # the asking vehicle goes from here, even if another is first in line
         return post, [clear]
     if post.full and post.kept is not None and post.kept.stamp > probe.stamp:
         post, out = _drop(post, Why.OLDER)
@@ -291,7 +291,10 @@ def _passes(post: Post, probe: Probe) -> Answer:
 
 
 def _back(post: Post, probe: Probe) -> Answer:
-    """Refuse: the probe has come back. The vehicle that brought it wants this slot, and may have it."""
+    """Refuse a request whose probe has returned.
+
+    The vehicle that brought the probe wants the kept slot, and may have it.
+    """
     if not _awaits(post, probe.number):
         return post, []
     after, out = _drop(post, Why.CIRCLE)

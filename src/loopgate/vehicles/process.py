@@ -15,7 +15,7 @@ from loopgate.vehicles.wire import WireError, decode, pack, unpack, write_answer
 __all__ = ["LARGEST", "serve"]
 
 LARGEST = 65_507
-"""So many bytes a datagram holds at most."""
+"""Most bytes of a datagram."""
 
 _HELLO_S, _IDLE_S = 0.5, 10.0
 
@@ -23,8 +23,8 @@ _HELLO_S, _IDLE_S = 0.5, 10.0
 def serve(host: str, port: int, number: int) -> None:
     """Run the controller of one vehicle until the simulation ends it.
 
-    Datagrams that do not keep to the schema get no answer. The simulation then takes the vehicle for silent,
-    and the vehicle stands at its stop line.
+    Datagrams that do not fit the schema get no answer. The simulation then treats the vehicle as silent, and
+    the vehicle stops at its stop line.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def serve(host: str, port: int, number: int) -> None:
         If no simulation listens at the address.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
-        wire.connect((host, port))  # nobody else is heard
+        wire.connect((host, port))  # datagrams of other senders are ignored
         hello = pack({"vehicle": number, "hello": True})
         controller, turn, last = None, 0, hello
         wire.send(hello)
@@ -61,14 +61,14 @@ def serve(host: str, port: int, number: int) -> None:
 
 
 def _start(number: int, said: dict[str, Any]) -> Controller:
-    """Return the controller that begins with this."""
+    """Return a controller with this knowledge."""
     loop, rears = (tuple(map(int, said[name])) for name in ("loop", "rears"))
     crowded = float(said["crowded"])
     return Controller.start(number, loop, int(said["at"]), rears, int(said["clock"]), crowded)
 
 
 def _told(controller: Controller | None, said: dict[str, Any]) -> Answer:
-    """Return the answer to what the bridge says."""
+    """Return the answer to a datagram of the bridge."""
     event = said["event"]
     if controller is None:
         msg = "the bridge has not said where the vehicle is"

@@ -15,7 +15,7 @@ from loopgate.vehicles.messages import Goes, Left, Moved, Room
 __all__ = ["Busy", "Cause", "Free", "Look", "Mark", "Monitor", "Role", "Seen", "Stand", "Word", "receive"]
 
 SEEN_S = 0.5
-"""So long after it sets out a vehicle is known to go, at most [s]."""
+"""A vehicle is known to go within this time of its start [s]."""
 
 
 class Role(StrEnum):
@@ -70,7 +70,7 @@ class Stand:
 
 
 Seat = tuple[int, Stand | None]
-"""A segment, and who is there."""
+"""A segment, and the vehicles in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,7 +228,7 @@ def receive(monitor: Monitor, message: ToMonitor, now_s: float) -> Answer:
 
 
 def _looked_at(monitor: Monitor, look: Look, now_s: float) -> Answer:
-    """Do what a vehicle wants of the segment, and pass its message on, or say why not."""
+    """Do what a question asks of the segment, and pass it on; or refuse it."""
     role, stand = look.roles[look.at], monitor.stand
     if role is Role.OVER:
         return monitor, _passed_on(look, ())
@@ -257,7 +257,7 @@ def _looked_at(monitor: Monitor, look: Look, now_s: float) -> Answer:
 
 
 def _refuses(monitor: Monitor, look: Look, marks: tuple[Mark, ...]) -> Cause | None:
-    """Return why a vehicle cannot have what it wants of the segment, if it cannot."""
+    """Return why a vehicle cannot have the segment as it asks, or None."""
     role, stand = look.roles[look.at], monitor.stand
     mine = stand is not None and stand.vehicle == look.vehicle
     if (monitor.coming or monitor.leaving > 0) and not mine:
@@ -279,7 +279,7 @@ def _passed_on(look: Look, more: tuple[Seat, ...]) -> list[Word]:
 
 
 def _freed(monitor: Monitor, free: Free) -> Monitor:
-    """Return a monitor of which a vehicle wants nothing more under this number."""
+    """Return a monitor that keeps nothing for a vehicle under this number any more."""
     vehicle, number = free.vehicle, free.number
     after, stand = _unmarked(monitor, vehicle, number), monitor.stand
     if stand is not None and stand.vehicle == vehicle and not free.went:
@@ -291,12 +291,12 @@ def _freed(monitor: Monitor, free: Free) -> Monitor:
 
 
 def _unmarked(monitor: Monitor, vehicle: int, number: int) -> Monitor:
-    """Return a monitor at which a vehicle looks no longer."""
+    """Return a monitor without the mark of a vehicle."""
     marks = tuple(one for one in monitor.marks if one.vehicle != vehicle or one.number > number)
     return replace(monitor, marks=marks)
 
 
 def _settled(monitor: Monitor, vehicle: int, number: int) -> Monitor:
-    """Return a monitor for which what a vehicle has said up to this number is void."""
+    """Return a monitor in which a vehicle's requests up to this number are void."""
     last = max([number, *(old for one, old in monitor.gone if one == vehicle)])
     return replace(monitor, gone=(*(one for one in monitor.gone if one[0] != vehicle), (vehicle, last)))

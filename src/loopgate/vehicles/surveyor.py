@@ -86,9 +86,9 @@ Answer = tuple[Surveyor, list[Word]]
 
 
 def ask(me: Surveyor, now_s: float) -> Answer:
-    """Return the vehicle after it has asked for its next segment, and its questions along its way.
+    """Return the vehicle after it has asked for its next segment, and its questions along its path.
 
-    A vehicle that goes from one segment of its own to another asks nobody.
+    A vehicle that goes from one private segment to another asks no monitor.
     """
     me = replace(me, number=me.number + 1)
     stand, wished = me.stand, me.wished
@@ -183,7 +183,7 @@ def give_up(me: Surveyor) -> Answer:
 
 
 def _freed(me: Surveyor, *, gives_up: bool) -> list[Word]:
-    """Return words to all that it has looked at; if it gives up, also to those that it wanted more of."""
+    """Return messages that free the segments it has read; if it gives up, also those it wanted to use."""
     out: list[Word] = []
     for number, look in enumerate(me.survey.asked if me.survey is not None else ()):
         begins = 0 if gives_up and number == 0 else look.roles.count(Role.OVER)
@@ -206,7 +206,7 @@ def told(me: Surveyor, message: Busy | Whose | Room) -> Answer:
 
 
 def _become(me: Surveyor, asked: Whose) -> Word:
-    """Return what has become of a wish: it has come, has gone, is out, or has given up."""
+    """Return the state of a wish: the vehicle has come, has gone, has left with its rear, or has given up."""
     stand, place = me.stand, asked.place
     if place == stand.loop[stand.at] and asked.number == stand.number:
         return Goes(place, stand.vehicle, asked.number)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Moved, Room, Stamp
 
 _ROOM_S = 100.0
-"""After so long a vehicle may go from an empty place into a full one [s]."""
+"""A vehicle that has waited this long may go from an empty place into a full one [s]."""
 
 Told = tuple[int, int]
-"""A place, and the number under which the vehicle is in the books there."""
+"""A place, and the number under which its post knows the vehicle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +144,7 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
 def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
     """Return the vehicle after it has returned an unusable grant, and its messages.
 
-    While its rear is still in that place it says so as that leaves: to have left covers what was before.
+    If its rear is still in that place, the later report that it has left covers the returned grant too.
     """
     if any(place == grant.place for place, _ in vehicle.rears):
         rears = tuple((p, grant.number if p == grant.place else n) for p, n in vehicle.rears)
@@ -156,15 +156,15 @@ def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
 def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
     """Return a vehicle that has lost its memory but knows its position, and its messages to posts.
 
-    It takes a number that is ahead of all that it has used; to have moved on or left under that one covers
-    all before. Each post of its loop in whose place nothing of it is may still have it in the books: so it
-    says `Left` to all of these, and each takes out what is older than the number. The post of its own place
-    may have it twice, if it has lost its memory before: so it says `Here`, unless its rear is there too.
+    It takes a number larger than all numbers that it has used; a report under that number covers all older
+    ones. Each post of its loop may still list it, although no part of it is in the place: so it sends `Left`
+    to all these posts, and each removes older entries. The post of its own place may list it twice, if it has
+    lost its memory before: so it sends `Here`, unless its rear is there too.
 
     Parameters
     ----------
     rears
-        The places behind that its body is still in, the farthest first.
+        The places behind in which its body still is, farthest first.
     number
         Larger than all numbers that it has used, and all that it has asked with.
 
@@ -191,7 +191,7 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
 def rear_out(vehicle: Vehicle) -> Answer:
     """Return the vehicle after its rear has left the first place that it still touches, and its messages.
 
-    It says again where it is, in the same transmission: to have gone may not have been heard.
+    It repeats its position in the same transmission, since its last report may have been lost.
     """
     place, number = vehicle.rears[0]
     after = replace(vehicle, rears=vehicle.rears[1:], untold=_also(vehicle, place, number))
@@ -199,7 +199,7 @@ def rear_out(vehicle: Vehicle) -> Answer:
 
 
 def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:
-    """Return what is to be told, with this in place of what is older at the same place."""
+    """Return the reports with a new one in place of older ones about the same place."""
     return (*(one for one in vehicle.untold if one[0] != place), (place, number))
 
 
@@ -209,7 +209,7 @@ def repeat(vehicle: Vehicle) -> list[Message]:
 
 
 def _told(vehicle: Vehicle, place: int, number: int) -> Left | Here:
-    """Return what it tells a post: that it has left, or that it is there once."""
+    """Return a report to a post: that the vehicle has left, or that it is there once."""
     if (place, number) == (vehicle.place, vehicle.forgot - 1):
         return Here(place, vehicle.id, number)
     return Left(place, vehicle.id, number)

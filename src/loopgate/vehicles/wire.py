@@ -1,6 +1,6 @@
 """Messages between posts, controllers and bridge as JSON: one object in each datagram.
 
-``wire.schema.json`` beside this file describes the same to those who write a controller in another language.
+``wire.schema.json`` beside this file describes the same, for controllers in other languages.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _FLAGS = ("holds", "goes", "gives_back", "refused")
 
 
 class WireError(LoopgateError):
-    """A datagram that does not keep to the JSON schema."""
+    """A datagram that does not fit the JSON schema."""
 
 
 def pack(thing: dict[str, Any]) -> bytes:
