@@ -5,8 +5,8 @@ from pathlib import Path
 
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
-from loopgate.network.cover.design import both_ways
 from loopgate.network.cover.wishes import read_streets
+from loopgate.network.streets import both_ways
 
 
 def read_driven(network: RoadNetwork, given: str, vclass: str) -> frozenset[str]:

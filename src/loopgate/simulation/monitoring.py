@@ -16,8 +16,8 @@ from loopgate.analysis.rows import LAP_GRID
 from loopgate.analysis.watching import compute_districts, compute_watch
 from loopgate.disk import writing
 from loopgate.network import Edge, Loop
-from loopgate.network.cover.design import both_ways
 from loopgate.network.coverage import Coverage
+from loopgate.network.streets import both_ways
 from loopgate.results.columns import (
     BOUND,
     BUNCHED,

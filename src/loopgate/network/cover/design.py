@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -17,9 +17,9 @@ from loopgate.network.cover.lane_graph import LaneGraph, lane_graph
 from loopgate.network.cover.reasons import CoverReason, why_not_covered
 from loopgate.network.cover.search import TourPlan, search
 from loopgate.network.cover.tours import joined
-from loopgate.network.records import Edge
 from loopgate.network.road import RoadNetwork
 from loopgate.network.route_lanes import LEAST_CHANGE_M
+from loopgate.network.streets import both_ways
 
 _STARTS, _COUNTED = 20, 100
 """Bounds on the longest walk are computed from this many streets, for at most this many loops."""
@@ -316,40 +316,6 @@ def _too_long(
         ]
         closed[node] = min(over, default=there.cost[at, at])
     return {edge for edge in required if min(closed[node] for node in nodes[edge]) > task.longest}
-
-
-def both_ways(network: RoadNetwork, edges: Sequence[str], apart: Collection[str] = ()) -> list[list[str]]:
-    """Return the edges by street: both directions together, or alone.
-
-    An edge stands alone if its opposite is not among the edges, or if either of the two is in `apart`.
-    """
-    alone = set(apart)
-    waiting: dict[tuple[str, str], list[str]] = {}
-    streets: list[list[str]] = []
-    for edge in edges:
-        ends = network.edges[edge].from_junction, network.edges[edge].to_junction
-        other = _opposite(network.edges[edge], waiting.get((ends[1], ends[0]), ()), network)
-        if other is not None and alone & {edge, other}:
-            streets.append([edge])
-            waiting[ends[1], ends[0]].remove(other)
-        elif other is None:
-            streets.append([edge])
-            waiting.setdefault(ends, []).append(edge)
-        else:
-            waiting[ends[1], ends[0]].remove(other)
-            next(street for street in streets if street == [other]).append(edge)
-    return streets
-
-
-_SAME_STREET = 0.2
-
-
-def _opposite(edge: Edge, others: Sequence[str], network: RoadNetwork) -> str | None:
-    """Return the opposite edge between the same junctions, of about the same length."""
-    for other in others:
-        if abs(network.edges[other].length_m - edge.length_m) <= _SAME_STREET * edge.length_m:
-            return other
-    return None
 
 
 def _one_tour(ways: Ways, found: Circulation) -> Ints:

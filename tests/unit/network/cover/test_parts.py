@@ -13,8 +13,9 @@ import loopgate.cli.cover_loops as command
 from loopgate.cli.main import cli
 from loopgate.network import RoadNetwork
 from loopgate.network.cover import circulation
-from loopgate.network.cover.design import CoverTask, both_ways, make_design
+from loopgate.network.cover.design import CoverTask, make_design
 from loopgate.network.cover.parts import parts
+from loopgate.network.streets import both_ways
 
 GRID = str(Path(__file__).parents[4] / "networks" / "grid5-priority.net.xml")
 
