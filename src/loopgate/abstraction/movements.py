@@ -83,7 +83,7 @@ def find_conflicts(
     movements
         All movements that vehicles drive.
     places
-            By lane, the beginning of its first place and the end of its last place; lanes without a place are
+        By lane, the beginning of its first place and the end of its last place; lanes without a place are
         missing.
     """
     by_id = {movement.id: movement for movement in movements}

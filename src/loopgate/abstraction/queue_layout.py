@@ -75,7 +75,7 @@ def lay_out_queues(
     users
         The loop and the type of each vehicle; further vehicles of the same loops and types may come.
     counted
-            Whether no further vehicles come. Then a place has as many slots as any of these vehicles fit;
+        Whether no further vehicles come. Then a place has as many slots as any of these vehicles fit;
         otherwise as many as vehicles of the longest type on its lane fit.
     """
     counts = Counter(users)

@@ -47,10 +47,10 @@ def make_queues(
     names
         One per vehicle; ``v1``, ``v2``, ... if not given.
     starts_m
-            Arc length of the front for vehicles with a given position, by name: they start on that lane, or
+        Arc length of the front for vehicles with a given position, by name: they start on that lane, or
         on the next of their lanes with a free slot, in line with the others.
     later
-            Loop and type of vehicles that join later. They take no places yet, but their places and crossings
+        Loop and type of vehicles that join later. They take no places yet, but their places and crossings
         are made.
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)

@@ -43,7 +43,7 @@ class Track:
     top_speed_mps
         Highest speed limit on the loop [m/s].
     rounds
-            The edge on which the vehicle's route is renewed, and the edge after it, with their routes; empty
+        The edge on which the vehicle's route is renewed, and the edge after it, with their routes; empty
         if the vehicle drives once.
     edges
         Arc length at which each edge begins [m], ascending, and its name.

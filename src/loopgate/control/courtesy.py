@@ -169,8 +169,8 @@ class Courtesy:
 def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | None:
     """Return the trip over the first movement ahead of a vehicle.
 
-    A movement that the vehicle has entered counts until its front is `beyond_m` and the share `of_length` of
-    the movement's length past its beginning.
+    A movement that the vehicle has entered still counts while its front is less than `beyond_m`, plus
+    `of_length` times the movement's length, past the movement's beginning.
     """
     for trip in vehicle.trips:
         lookout = trip.over.lookout
@@ -213,7 +213,7 @@ def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> No
 
 
 def _is_free(vehicle: Vehicle, freed: Trip | None, manners: _Manners, since_s: float, now_s: float) -> bool:
-    """Return whether a vehicle may go on without giving way: only granted vehicles are in its way."""
+    """Return whether a vehicle goes on without giving way, because it waits only for granted vehicles."""
     trip = next_trip(vehicle, 0.0, 1.0)
     lookout = None if trip is None else trip.over.lookout
     if trip is None or lookout is None:

@@ -90,7 +90,7 @@ class Departures:
     admits
         Returns whether every vehicle can still go on for ever with one more on a path.
     heeds_crowds
-            Whether vehicles wait while their paths are crowded. It is False where lights are obeyed, since a
+        Whether vehicles wait while their paths are crowded. It is False where lights are obeyed, since a
         queue at a red light is no crowd.
     """
 

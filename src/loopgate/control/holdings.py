@@ -180,7 +180,8 @@ class Holdings:
     def take_slot(self, body: Body, at: int) -> None:
         """Give a body a slot of its place. `at`: how many bodies of the place are ahead of it.
 
-        If the place is full now, the vehicles in it decide anew when they give their first slot back.
+        If that fills the place, vehicles that are leaving it give their slot back sooner: as soon as their
+        rear is out.
         """
         body.place.bodies.insert(at, body)
         body.vehicle.bodies.append(body)

@@ -76,7 +76,7 @@ class Steering:
         """Number of vehicles that were on a lane outside their loop."""
 
     def begin(self, vehicle: Vehicle, guides: Sequence[Guide], from_m: float) -> None:
-        """Set the first of the guides after a place that ends at `from_m`; there may be none."""
+        """Give a vehicle the guides after a place that ends at `from_m`, and set the first one."""
         way = self._ways.get(vehicle)
         if way is not None:  # the vehicle got a grant while it was led back
             way.from_m = from_m

@@ -15,7 +15,10 @@ _MOST: Final = 10
 
 
 class UsedStops:
-    """Makes SUMO forget stops: on one edge those made on other edges, on the next edge the rest."""
+    """Makes SUMO forget the stops that vehicles have made.
+
+    On one edge SUMO forgets the stops made on all other edges; on the next edge it forgets the rest.
+    """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic

@@ -17,7 +17,7 @@ def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
     Parameters
     ----------
     waits
-            For each waiting member, the sets for which it waits (AND-OR model of resource deadlocks): of
+        For each waiting member, the sets for which it waits (AND-OR model of resource deadlocks): of
         *every* set *some* member must go on before it can. Without sets it goes on; with an empty set it
         never does. A member that is no key goes on.
 

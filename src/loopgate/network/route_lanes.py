@@ -87,7 +87,7 @@ def make_route(
     network, name, edges, vclass, source
         As for `make_loop`; the last edge need not lead anywhere.
     load
-            Number of vehicles that already use each lane, by its id, and each lane towards an edge, by
+        Number of vehicles that already use each lane, by its id, and each lane towards an edge, by
         ``lane>edge``.
     change_m
         The shortest edge on which a vehicle can change lanes [m].

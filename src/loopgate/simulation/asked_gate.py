@@ -35,7 +35,7 @@ class AskedGate:
     Parameters
     ----------
     system, gate
-            The vehicles as robots with their positions, and the gate made for the system. If they are not
+        The vehicles as robots with their positions, and the gate made for the system. If they are not
         given, `go_by` must be called with both before the gate is asked.
 
     Attributes
@@ -189,7 +189,7 @@ class Deciding:
     Parameters
     ----------
     system, gate, negotiation
-            The vehicles at the start, the gate made for them, and the negotiation. System and gate are None
+        The vehicles at the start, the gate made for them, and the negotiation. System and gate are None
         where all vehicles join later; `go_by` then sets them.
     serve_after_s
         Age from which requests are served, where the gate promises that everyone can go on; 0 for never [s].

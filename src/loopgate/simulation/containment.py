@@ -287,7 +287,7 @@ class Containment:
                 self._leave(driver)
 
     def _clear(self) -> None:
-        """Let vehicles that stand behind another in its place leave the road; call other vehicles back."""
+        """Let vehicles behind a standing vehicle in its place leave the road; call other vehicles back."""
         if self.roadside is None:
             return
         for place, one in self.blocked.items():

@@ -43,7 +43,7 @@ class GatedDepartures(Departures):
     slots
         Number of slots of all places on the road.
     admits
-            Returns whether the gate would admit a further vehicle. By default, condition (S) of
+        Returns whether the gate would admit a further vehicle. By default, condition (S) of
         `loopgate.gates.certified.crowding` decides for vehicles on loops.
     """
 

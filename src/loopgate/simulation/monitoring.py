@@ -51,7 +51,7 @@ def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) ->
     Parameters
     ----------
     edges
-            ``edges.parquet``; None or empty if nothing was measured. Each edge counts once in the mean,
+        ``edges.parquet``; None or empty if nothing was measured. Each edge counts once in the mean,
         whatever its length; `loopgate.analysis.monitoring` defines idleness.
     coverage
         How much of the network the loops reach; None without loops.

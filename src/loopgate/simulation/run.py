@@ -90,7 +90,7 @@ def simulate(
     LoopgateError
         If the scenario does not fit together, SUMO refuses it, or the disk is full; the text says which part.
     PluginError
-            If a gate or negotiation of the user's own fails. The results until then are in the folder: its
+        If a gate or negotiation of the user's own fails. The results until then are in the folder: its
         summary has the outcome ``interrupted`` and the reason as ``fault``.
     """
     check_backend(backend)

@@ -24,7 +24,7 @@ class Rule:
     expected
         The allowed values, in words for messages.
     accept
-            Returns a value in the form in which the scenario has it; raises TypeError or ValueError if it is
+        Returns a value in the form in which the scenario has it; raises TypeError or ValueError if it is
         not allowed.
     """
 

@@ -48,7 +48,7 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: M
     turns
         The changes to other paths, by name of the vehicle.
     granted
-            For vehicles on loops, the last leg granted on the present path. Their path is then everything
+        For vehicles on loops, the last leg granted on the present path. Their path is then everything
         that they drove, round after round.
     """
     loops, vehicles = dict(layout.loops), dict(layout.vehicles)

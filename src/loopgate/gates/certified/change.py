@@ -32,7 +32,7 @@ class Hindrance:
     why
         The condition that fails.
     places
-            The places with a vehicle that stands; the places of the circle, in its order; or the crowded
+        The places with a vehicle that stands; the places of the circle, in its order; or the crowded
         places, ascending.
     vehicles
         The vehicles whose loops lead there; the first vehicles of the circle's places; or the residents.
@@ -89,7 +89,7 @@ def find_hindrance(
     there
         All vehicles, with their loops after the change.
     changed
-            The vehicles with other loops than before, if there was no circle before; None if not known. Only
+        The vehicles with other loops than before, if there was no circle before; None if not known. Only
         circles through places where these vehicles are first are looked for.
     stands
         The places whose first vehicle stands for good.

@@ -32,7 +32,7 @@ class Exploration(LivenessProof):
     Parameters
     ----------
     budget
-            The most configurations to examine, and the longest time, for one decision; `begin` has no limit
+        The most configurations to examine, and the longest time, for one decision; `begin` has no limit
         of time.
 
     Notes

@@ -31,7 +31,7 @@ class FreeSlots(WitnessProof):
     layout
         The system's layout; see `applies`.
     budget
-            The most configurations to examine, and the longest time, for one decision; `begin` has no limit
+        The most configurations to examine, and the longest time, for one decision; `begin` has no limit
         of time.
 
     Notes

@@ -23,7 +23,7 @@ class Homes(WitnessProof):
     layout
         The system's layout; every robot has a home.
     budget
-            For one decision, the most branches of the exact search and its longest time; `begin` has no limit
+        For one decision, the most branches of the exact search and its longest time; `begin` has no limit
         of time.
 
     Notes

@@ -9,7 +9,7 @@ class Patience:
     Parameters
     ----------
     patience
-            Number of moves of other robots, per robot of the system, after which a robot without a move has
+        Number of moves of other robots, per robot of the system, after which a robot without a move has
         waited too long; 0: never.
 
     Notes

@@ -86,7 +86,7 @@ class JoiningQueue:
         Parameters
         ----------
         all_settle
-                Whether every vehicle can come to hold one place only. If not, loops are added only if
+            Whether every vehicle can come to hold one place only. If not, loops are added only if
             existing places, and what lies between them, stay as they are.
         """
         before = self._next or self.plan
@@ -141,7 +141,8 @@ class JoiningQueue:
     def _heed_stops(self) -> None:
         """Read the stops that the owner has set.
 
-        A stop that SUMO lists after the gate's own stop lies beyond the stop line.
+        If SUMO lists such a stop after the stop that holds the vehicle, it lies beyond the vehicle's stop
+        line.
         """
         for driver in self.fleet.vehicles.values():
             before_m, stop, at_m = driver.stop_m, self._traffic.next_stop(driver.id), math.inf

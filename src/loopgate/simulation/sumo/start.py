@@ -86,7 +86,7 @@ def start_traffic(
     options
         SUMO's command line, without the program's name.
     backend
-            ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci. If libsumo has refused input in
+        ``libsumo``, ``traci``, or ``gui`` for sumo-gui through traci. If libsumo has refused input in
         this process and left parts of it behind, ``traci`` replaces it: slower, with the same results.
     log
         SUMO's log, quoted in the error.
@@ -122,7 +122,7 @@ def _backend(
     tuple[type[Exception], ...],
     Mapping[str, Callable[..., Any]],
 ]:
-    """Return the functions that start and end SUMO (or None), its errors, and readings."""
+    """Return how to start SUMO, how to end it (or None), its exceptions, and its faster read calls."""
     if name == "libsumo":
         from loopgate.traffic import libsumo_backend  # noqa: PLC0415  loads SUMO into the process
 

@@ -85,7 +85,7 @@ class Watched(Protocol):
         """Return whether a vehicle waits at a red light, or at a stop of its own."""
 
     def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles that each, alone, block a standing vehicle."""
+        """Return the vehicles of which each alone blocks a standing vehicle."""
 
 
 class DeadlockDetector:
@@ -192,7 +192,10 @@ class DeadlockDetector:
         return np.flatnonzero(~moved)
 
     def _stands_still(self, still: Collection[str], count: int, now: float) -> bool:
-        """Return whether all vehicles have stood for long, apart from stops and lights that stay red."""
+        """Return whether no vehicle has moved for ten minutes.
+
+        It is False if some vehicle was at a stop or at a red light all that time.
+        """
         if len(still) < count:
             self._red, self._still_since_s = None, now
             return False
