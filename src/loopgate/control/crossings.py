@@ -45,7 +45,7 @@ _NEXT: Final = 1 << 60
 
 
 class Hindrance:
-    """The vehicle in the way, and the arc length of its front at which it may no longer be [m].
+    """The vehicle in the way, and the arc length of its front from which it may be out of the way [m].
 
     The arc length is minus infinity if it cannot be known.
     """

@@ -93,7 +93,7 @@ def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
 def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
     """Give a vehicle that has stepped aside a slot of its place again.
 
-    `Vehicle.beside` holds until the vehicle is on the road.
+    `Vehicle.beside` stays true until the vehicle is on the road.
     """
     leg, place = vehicle.leg, vehicle.leg.place
     begin_m = vehicle.line_m - leg.end_m + leg.begin_m

@@ -119,7 +119,7 @@ class LedVehicle:
         return self._driving.accounts.of[self.id].halted_s < inf
 
     def drives_like(self, can: Dynamics, step_s: float) -> None:
-        """Use new driving limits; a vehicle that is already faster than its top speed may stay so fast."""
+        """Use new driving limits; a vehicle that is already faster than its top speed keeps its speed."""
         vehicle, haste = self.vehicle, max(1.0, can.speed_factor)
         top = self.track.top_speed_mps * haste
         if vehicle.speed > top:

@@ -16,7 +16,7 @@ Stand = tuple[tuple[int, ...], int, tuple[int, ...]]
 
 
 class Controllers(Protocol):
-    """Controllers by number of their vehicle; each gets only its own messages.
+    """The controllers aboard the vehicles, by number of the vehicle; each gets only its own messages.
 
     A controller that is out of order gives an empty answer.
     """

@@ -63,7 +63,7 @@ class Radio(Generic[E]):
         self.far_side: frozenset[int] = frozenset()
 
     def over(self, where: Whereabouts) -> None:
-        """Set the distances that messages travel."""
+        """Use `where` for the distances that messages travel."""
         self.where = where
 
     def _is_cut(self, now_s: float, places: Iterable[int], vehicle: int = -1) -> bool:

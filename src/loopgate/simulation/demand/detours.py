@@ -67,7 +67,7 @@ class Detours:
         Returns
         -------
         Loop or None
-                None if the loop does not use these edges, no path leads round, or the detour passes every
+            None if the loop does not use these edges, no path leads round, or the detour passes every
             edge more than once.
         """
         edges = self._edges_around(loop, avoided)

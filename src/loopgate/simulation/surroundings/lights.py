@@ -17,7 +17,7 @@ _LONG_RED_S = 300.0
 
 
 def longest_closed_s(program: Program, link: int) -> float:
-    """Return the longest time [s] that a program shows one link no green; 0 if it is not fixed."""
+    """Return for how long a program shows no green to one link at most [s]; 0 if it is not fixed."""
     phases = program.phases
     if not phases:
         return 0.0
