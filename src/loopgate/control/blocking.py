@@ -16,13 +16,17 @@ from loopgate.gates.base import Reason
 _NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
 """Refusals that no gated vehicle can end by moving on."""
 
+_KNOWN = frozenset(str(reason) for reason in Reason)
+"""The reasons of the gates and rules of this package. Another reason is that of a user's own rule."""
+
 
 def blockers(
     vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
 ) -> list[list[Vehicle]]:
     """Return the gated vehicles that block a refused vehicle, as a list of sets.
 
-    In each set, at least one vehicle has to move before the refused vehicle can. `by_gate` returns the names
+    In each set, at least one vehicle has to move before the refused vehicle can. A vehicle that a user's own
+    rule refuses waits for no vehicle. `by_gate` returns the names
     of the vehicles for which a gate refuses a vehicle; it is None where the chain rule decides.
     """
     wanted = vehicle.wanted()
@@ -43,7 +47,10 @@ def blockers(
         found = [other for other in everybody if other.name in names]
     elif vehicle.reason == Reason.DEADLOCK:
         found = [place.line[0] for place in closes(vehicle) if place.line]
-    return [found or [other for other in everybody if other is not vehicle]]
+    known = vehicle.reason in _KNOWN
+    if known and not found:
+        found = [other for other in everybody if other is not vehicle]
+    return [found] if known or found else []
 
 
 def _named(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[Vehicle]:

@@ -95,7 +95,7 @@ class Ledger(Holdings):
         `now_s`: the time [s]; by default a second after the last answer.
         """
         self.now_s = self.now_s + 1.0 if now_s is None else now_s
-        while self._alarms and self._alarms[0][0] < self.now_s:
+        while self._alarms and self._alarms[0][0] <= self.now_s:
             self.wake(heappop(self._alarms)[2])
         self._look_near()
         self.look(self.now_s)

@@ -35,7 +35,7 @@ def _refuse(reason: str, _vehicle: Vehicle, _now_s: float) -> Refusal:
 
 def test_a_vehicle_refused_for_the_sake_of_all_waits_for_any_other() -> None:
     """Not where no vehicle lifts the refusal."""
-    for reason, waits in (("reserve", True), ("red", False)):
+    for reason, waits in (("reserve", True), ("red", False), ("a rule of mine", False)):
         ledger = Ledger([partial(_refuse, reason)])
         path = path_of([Place("a", 9), Place("b", 9)], closed=True)
         one, other = ledger.take_in("one", path, 0), ledger.take_in("other", path, 1)

@@ -8,7 +8,8 @@ from loopgate.control.chain import circle_from, closes, closes_by_entering
 from loopgate.control.departures import is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
-from loopgate.control.places import Leg, Make, Place, joined, path_of
+from loopgate.control.places import Leg, Make, Place, Vehicle, joined, path_of
+from loopgate.control.refusal import Refusal
 from loopgate.control.rules import usual
 
 
@@ -223,3 +224,14 @@ def test_a_slot_is_looked_at_anew_when_a_place_ahead_fills() -> None:
     ledger.leave(goes)
     ledger.take_in("fills", path, 1, make, 120.0)
     assert leaves.back_m == 45.0  # a has a slot free: it keeps its own until its rear is over the junction
+
+
+def test_a_time_wakes_at_that_time() -> None:
+    def early(_vehicle: Vehicle, now_s: float) -> Refusal | None:
+        return Refusal("early", at_s=20.0) if now_s < 20.0 else None
+
+    path = path_of([Place("a", 2), Place("b", 2)], closed=True)
+    ledger = Ledger(usual(outside=[early]))
+    car = ledger.take_in("car", path, 0)
+    ledger.ask(car)
+    assert [len(ledger.answer(now_s)) for now_s in (18.0, 19.0, 20.0)] == [0, 0, 1]
