@@ -108,7 +108,7 @@ def _between(leg: Leg, after: Leg) -> Hashable:
 def _once(
     itineraries: Sequence[Itinerary], key: Callable[[Leg, Leg], Hashable]
 ) -> Iterator[tuple[Loop, Leg, Leg]]:
-    """Yield each leg with the leg behind it, once for each key."""
+    """Yield each leg with its loop and the next leg; of pairs with the same key, the first only."""
     seen: set[Hashable] = set()
     for way in itineraries:
         for number, leg in enumerate(way.legs):

@@ -1,4 +1,4 @@
-"""The exclusion of crossings and the room of places, checked from recorded positions alone."""
+"""Check from recorded positions alone that vehicles exclude each other at crossings and fit into places."""
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -23,17 +23,20 @@ from loopgate.audit.unmodelled_conflicts import find_unmodelled
 from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
 
 _MOST_FINDINGS = 200
-"""Findings of one rule that are told in full; the rest are counted."""
+"""How many findings of one rule are reported with their text; further ones are only counted."""
 
 _LAST_STEPS = 1.5
-"""So many steps after its last row a vehicle has gone off the road."""
+"""How many steps after the last row of its record a vehicle goes off the road, at most."""
 
 _LONG_STAND_S = 3.0
-"""A stand in a crossing for longer than this is counted [s]: for less, a vehicle may follow another."""
+"""A stand in a crossing that lasts longer than this is counted [s].
+
+A vehicle that follows another may stand there for a shorter time.
+"""
 
 
 class _Parked(NamedTuple):
-    """A vehicle that parked beside the road, in a place: from when until when [s]."""
+    """A vehicle that parked beside the road at a place, from `begin_s` to `end_s` [s]."""
 
     vehicle: str
     place: str
@@ -41,13 +44,13 @@ class _Parked(NamedTuple):
     end_s: float
 
     def at(self, time_s: float) -> bool:
-        """Return whether it parked then."""
+        """Return whether the vehicle was parked at a time."""
         return self.begin_s <= time_s <= self.end_s
 
 
 @dataclass(frozen=True, slots=True)
 class PositionAudit:
-    """The result of `audit_positions`: the violations found, and figures for the summary."""
+    """The result of `audit_positions`: the violations that it found, and figures for the summary."""
 
     findings: Sequence[Finding]
     figures: dict[str, Any]
@@ -214,7 +217,7 @@ class _Audit:
         entered: list[Passages],
         left: list[Passages],
     ) -> Floats:
-        """Judge the rows of one vehicle; return where its front is, see `Traveller.arcs`."""
+        """Judge the rows of one vehicle; return the positions of its front, see `Traveller.arcs`."""
         name = self._names[traveller.number]
         lane, time, speed = positions.lane[rows], positions.time_s[rows], positions.speed_mps[rows]
         found = arcs = traveller.arcs(lane, positions.pos_m[rows], positions.odometer_m[rows])
@@ -262,7 +265,7 @@ class _Audit:
             place = group.names[0]
             beside = [one for one in self._beside if one.place == place and one.at(clash.time_s)]
             if clash.by - len(beside) <= group.room:
-                return  # those who park there hold nothing
+                return  # vehicles that are parked take no slot
             text = f"{place}: holds {group.room}, but {name} is number {clash.by:.0f} on it"
             self._add(clash.time_s, name, place, "room", text)
             return
@@ -299,15 +302,16 @@ class _Audit:
             since = before.get(pair)
             before[pair] = time
             if since is not None and (np.isinf(since) or time - since <= self._layout.step_s + 1e-6):
-                continue  # told when it began
+                continue  # reported when the overlap began
             text = f"{names[0]} on {lanes[0]} and {names[1]} on {lanes[1]}: their bodies overlap"
             self._add(time, names[0], lanes[0], "bodies", text)
         self._touching = now
 
     def _cannot_touch(self, positions: Positions, a: int, b: int) -> bool:
-        """Return whether two bodies that overlap as drawn do not on the road.
+        """Return whether two bodies whose drawn rectangles overlap cannot touch on the road.
 
-        Where a lane is drawn shorter than it is, those on it lie one behind the other all the same.
+        A lane may be drawn shorter than it is: then the rectangles of two vehicles, one behind the other on
+        that lane, overlap, although their positions along the lane do not.
         """
         for row in (a, b):
             length_m = self._length_m[positions.vehicle[row]]
@@ -326,7 +330,7 @@ class _Audit:
 
 
 def _times(pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]) -> list[dict[str, Floats]]:
-    """Return, for each kind of event, when each vehicle had it [s]."""
+    """Return, for each kind of event, the times of each vehicle's events of that kind [s]."""
     found: list[dict[str, list[Floats]]] = [{} for _ in kinds]
     for events in pieces:
         for kind, times in zip(kinds, found, strict=True):
@@ -337,14 +341,14 @@ def _times(pieces: Iterable[pd.DataFrame], kinds: Sequence[Event]) -> list[dict[
 
 
 def _watched(pieces: Iterable[pd.DataFrame], kept: list[pd.DataFrame]) -> Iterator[pd.DataFrame]:
-    """Yield pieces; the state of parked vehicles is kept."""
+    """Yield the pieces unchanged, and add to `kept` the events of parking, returning and leaving for good."""
     for events in pieces:
         kept.append(events[events[EVENT].isin([Event.PARK.value, Event.RETURN.value, Event.END.value])])
         yield events
 
 
 def _parked(pieces: Iterable[pd.DataFrame]) -> list[_Parked]:
-    """Return when vehicles were parked beside the road."""
+    """Return each time that a vehicle was parked beside the road."""
     found: list[_Parked] = []
     begun: dict[str, _Parked] = {}
     for events in pieces:

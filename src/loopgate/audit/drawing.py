@@ -1,4 +1,4 @@
-"""Where bodies on different ways touch, found from the drawn lanes alone: by other means than the gate's."""
+"""Find where bodies on different ways touch, from the drawn lanes alone: not with the gate's computation."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from loopgate.audit.layout import Layout, ground_key
 from loopgate.cache import Cache
 
 _LEAST_M = 0.1
-"""Shorter stretches are corners that touch [m]."""
+"""Stretches shorter than this are left out: only corners of the bodies touch there [m]."""
 
 _JUST_LEFT_M = 12.0
-"""So far behind the end of a lane SUMO keeps those apart that leave it one after the other [m].
+"""How far behind the end of a lane SUMO keeps two vehicles apart that leave this lane on different ways [m].
 
-Not beyond the junction: on the road behind it a driver looks no longer at who still is inside. And not at
-all at a junction without right of way.
+SUMO does so only inside the junction: on the road behind it, a driver does not see vehicles that are still
+inside. At a junction without right of way SUMO does not keep such vehicles apart.
 """
 
 _APART_M = 2.0
@@ -37,8 +37,9 @@ _ABOVE_M = 2.5
 class DrawnConflict:
     """A stretch of a loop on which bodies can touch bodies on another lane.
 
-    The front can touch from `begin_m` on, the rear up to `end_m`: arc lengths [m]. Named are the lanes of the
-    two fronts, and which of the zones it is in which bodies on these touch: two lanes can meet at both ends.
+    The front of a body can touch from `begin_m` on, its rear up to `end_m`: arc lengths [m]. `movement` and
+    `foe` are the lanes of the two fronts. Bodies on these lanes can touch in several zones, for example at
+    both ends of the lanes: `zone` is the number of this zone.
     """
 
     movement: str
@@ -49,11 +50,12 @@ class DrawnConflict:
 
 
 class Side(NamedTuple):
-    """One of two touching bodies: its loop, the lane of its front, the positions of front and rear [m].
+    """One of two groups of bodies that touch each other: its loop and the lane of its fronts.
 
-    `fronts_m` is how far apart the first and the last of these fronts are [m]. `waits` says whether some of
-    these bodies lie in a place, between its beginning and its stop line, `shortest` whether none are shorter.
-    `under` are the lanes that bodies with their fronts here can lie on, by number.
+    `begin_m`: the first front; `end_m`: the last rear [m]. `fronts_m`: the distance from the first to the
+    last front [m]. `waits`: whether any of these bodies lies in a place, between its beginning and its stop
+    line. `shortest`: whether the bodies have the least length on this way. `under`: the numbers of the lanes
+    on which parts of these bodies can lie.
     """
 
     loop: str
@@ -67,7 +69,7 @@ class Side(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """All touches between two ways, with the loops on each way and their offsets [m]."""
+    """A zone in which bodies on two ways touch, with the loops on each way and their offsets [m]."""
 
     one: Side
     other: Side
@@ -78,14 +80,15 @@ Drawn = Sequence[Meeting]
 
 
 def find_meetings(layout: Layout) -> list[Meeting]:
-    """Find where bodies can touch, none of which follows the other.
+    """Find where bodies can touch, unless one of them follows the other.
 
-    A body is a rectangle from its front towards where its rear is on its way. Bodies on one lane are left to
-    SUMO, those on lanes beside each other on one edge too. Ways on which bodies look the same are drawn once;
-    who follows whom depends on where they come from and go to, so that is asked for each two of them.
+    A body is a rectangle from its front towards its rear on its way. Bodies on one lane are not compared, nor
+    bodies on lanes beside each other on one edge: SUMO keeps these apart. Ways on which bodies look the same
+    are drawn once. Which body follows which depends on the lanes before and behind, so this is computed for
+    each two ways.
 
-    Those of the last layout are kept: runs of one demand under several gates, or from several starts, have
-    the same.
+    The result for the last layout is cached: runs of one demand under several gates, or with several starts,
+    have the same layout.
     """
     return _KEPT.get(ground_key(layout), lambda: _find_meetings(layout))
 
@@ -118,7 +121,10 @@ def _find_meetings(layout: Layout) -> list[Meeting]:
 
 
 class _Bodies(NamedTuple):
-    """Bodies of one kind, or of all, in columns as of `Body`; of one kind way and length are the same."""
+    """Bodies as columns of the fields of `Body`.
+
+    In a group of bodies with the same way and the same length, `way` and `length_m` are single numbers.
+    """
 
     way: Any
     at_m: Any
@@ -128,7 +134,7 @@ class _Bodies(NamedTuple):
 
 
 def _by_kind(columns: _Bodies, pairs: Ints) -> Iterator[tuple[_Bodies, _Bodies]]:
-    """Yield the pairs of bodies, of two ways and lengths at a time."""
+    """Yield the pairs of bodies in groups: in each, the ways and the lengths are the same."""
     keys = [column[side] for side in pairs for column in (columns.length_m, columns.way)]
     order = np.lexsort(keys)
     changes = np.any([np.diff(key[order]) != 0 for key in keys], axis=0)
@@ -149,7 +155,7 @@ def _meet_all(
     alike: tuple[Sequence[int], Sequence[int]],
     bodies: tuple[_Bodies, _Bodies],
 ) -> Iterator[Meeting]:
-    """Yield where bodies of two kinds meet, for each two of the ways on which they look like that."""
+    """Yield the zones where bodies of two groups meet, for each two ways on which bodies look like that."""
     known: dict[bytes, list[tuple[Side, Side]]] = {}
     every = np.ones(len(bodies[0].at_m), dtype=bool)
     for v in alike[0]:
@@ -167,10 +173,11 @@ def _meet_all(
 
 
 def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterator[Ints]:  # noqa: ANN401
-    """Yield the bodies that touch, of different lanes that do not lie beside each other on one edge.
+    """Yield the pairs of bodies that touch, on different lanes that do not lie beside each other on one edge.
 
-    Roads are compared with those near them, and of each only the bodies that are: most touch others of their
-    own road alone. Shape (2, pairs), of two roads at a time; the first of each pair has the lower number.
+    Only roads whose bounding boxes overlap are compared, and of each road only the bodies inside the box of
+    the other: most bodies touch only bodies of their own road. Each array is of two roads, of shape (2,
+    pairs); the first body of a pair has the lower number.
     """
     codes: dict[str | int, int] = {}
     roads = [n if edge.startswith(":") else edge for n, edge in enumerate(edges)]
@@ -188,7 +195,7 @@ def _touching(shapes: Any, lanes: Sequence[int], edges: Sequence[str]) -> Iterat
 
 
 def _overlap(boxes: Floats, box: Floats) -> Flags:
-    """Return which of some boxes, left, bottom, right, top, have something in common with one."""
+    """Return which of some boxes (left, bottom, right, top) overlap another box."""
     low, high = (boxes[:, :2] <= box[2:]), (boxes[:, 2:] >= box[:2])
     return cast("Flags", (low & high).all(axis=1))
 
@@ -196,7 +203,7 @@ def _overlap(boxes: Floats, box: Floats) -> Flags:
 def _zones(
     mine: LaneOnWay, theirs: LaneOnWay, names: Sequence[str], bodies: tuple[_Bodies, _Bodies], pairs: Ints
 ) -> Iterator[tuple[Side, Side]]:
-    """Yield the pairs in groups that hang together: two lanes can meet at both of their ends."""
+    """Yield the pairs in groups of neighbouring fronts: two lanes can meet at both of their ends."""
     for part in _runs(bodies[0].at_m, pairs):
         for zone in _runs(bodies[1].at_m, part):
             one, other = _side(mine, names, bodies[0], zone), _side(theirs, names, bodies[1], zone)
@@ -212,7 +219,8 @@ def _runs(at_m: Floats, pairs: Ints) -> list[Ints]:
 def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConflict]]:
     """Return the stretches of each loop on which the shortest bodies can touch bodies on other lanes.
 
-    Longer ones swing out farther, each in its own way: whether they touch, their rectangles tell.
+    Longer bodies swing out farther. Where these touch depends on each body, so that the rule *bodies* checks
+    them from their rectangles.
     """
     found: dict[str, set[DrawnConflict]] = {name: set() for name in layout.loops}
     zones: dict[tuple[str, str], list[tuple[Side, Side]]] = {}
@@ -233,7 +241,7 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
 
 
 def _meet(one: Side, other: Side) -> bool:
-    """Return whether fronts on one lane touch on one stretch of it, with the same way behind them."""
+    """Return whether two groups of fronts on one lane are near each other and lie over the same lanes."""
     if one.under != other.under:
         return False
     first, last = (one, other) if one.begin_m <= other.begin_m else (other, one)
@@ -255,7 +263,7 @@ def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: Ints) -> 
 
 
 def lies_above(layout: Layout, one: str, other: str) -> bool:
-    """Return whether a lane is known to lie above another, or below it."""
+    """Return whether the heights of two lanes are known and one lies above the other."""
     heights = layout.heights
     return one in heights and other in heights and abs(heights[one] - heights[other]) > _ABOVE_M
 
@@ -268,9 +276,10 @@ class _Roads(NamedTuple):
 
 
 def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> Flags:
-    """Return the pairs in which one body closely follows the other on a common way.
+    """Return the pairs in which one body closely follows the other.
 
-    Either on one way, with all of the first ahead of the second; or where both have just left one lane.
+    Either both are on one way, and the whole of the first is ahead of the second; or both have just left one
+    lane; or the rear of the first is on a lane of the way of the second.
     """
     here, there = mine.window, theirs.window
     follow = _is_behind_tail(mine, theirs, one, other) | _is_behind_tail(theirs, mine, other, one)
@@ -286,7 +295,7 @@ def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, oth
             continue
         s, t = one.at_m - at_m, other.at_m - there[lane]
         length_m = np.where(s >= t, one.length_m, other.length_m)
-        # Who is on that lane still looks ahead; on the road behind the junction nobody looks back.
+        # A driver still on that lane sees the vehicles ahead; on the road behind the junction, none behind.
         left = lane not in (mine.lane, theirs.lane)
         ends_m = [_kept_apart(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
         junction_m = min(ends_m, default=math.inf)
@@ -296,9 +305,10 @@ def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, oth
 
 
 def _kept_apart(way: LaneOnWay, roads: _Roads, lane: int) -> float:
-    """Return how far behind a lane SUMO keeps vehicles apart that left it another way [m].
+    """Return up to where SUMO keeps vehicles apart that left a lane on different ways [m].
 
-    Infinite if the front is not there yet; not at all where the junction is unregulated.
+    The road behind the junction begins there; infinity if the front has not reached that road. At a junction
+    without right of way, it is the end of the lane.
     """
     at_m = way.window[lane]
     if lane in roads.unregulated:
@@ -310,9 +320,10 @@ def _kept_apart(way: LaneOnWay, roads: _Roads, lane: int) -> float:
 
 
 def _is_behind_tail(its: LaneOnWay, behind: LaneOnWay, first: _Bodies, last: _Bodies) -> Flags:
-    """Return in which pairs the rear of the first is on a lane of the way behind, close ahead of that front.
+    """Return the pairs in which the first body's rear is close ahead of the second body's front, on its way.
 
-    Wherever the first goes: SUMO's drivers follow whatever still lies on their lanes.
+    The way of the first may lead elsewhere: a driver in SUMO follows any body that still lies on the lanes
+    ahead.
     """
     follow = np.zeros(len(first.at_m), dtype=bool)
     for lane in set(first.rear_lane.tolist()) & its.window.keys() & behind.window.keys():

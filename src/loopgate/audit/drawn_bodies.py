@@ -1,4 +1,4 @@
-"""The bodies of vehicles on each lane, drawn from the map only."""
+"""Draw the bodies of vehicles on each lane, as rectangles, from the map alone."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -11,20 +11,26 @@ from loopgate.arrays import Flags, Floats
 from loopgate.audit.layout import Layout, LoopSpan, LoopWay
 
 _EVERY_M = 0.5
-"""How far apart the fronts are at which bodies are drawn [m]."""
+"""The distance between the fronts of neighbouring drawn bodies [m]."""
 
 NEAR_M = 4.0
-"""One that is nearer than this behind another on one way follows it [m]."""
+"""A body that is less than this behind another on one way follows it [m]."""
 
 _LOOK_BACK_M = 30.0
-"""How far behind and ahead of a body ways are compared [m]."""
+"""How far behind and ahead of a body two ways are compared, beyond the longest vehicle [m]."""
 
 _ROUNDING_M = 1e-6
 
 
 @dataclass(slots=True)
 class LaneOnWay:
-    """A lane as part of a way: where it and the lanes behind and ahead begin [m], and their lengths."""
+    """A lane as part of a way.
+
+    `window`: where the lanes behind and ahead begin, from the beginning of this lane [m]. `lengths`: the
+    lengths of all lanes of the way [m]. `points`, `arcs`: the drawn line of the way up to the end of this
+    lane, and the position of each of its points [m]. Vehicles' fronts are from `first_m` to `last_m` of the
+    lane: vehicles may come from the lane beside it, or change to that lane.
+    """
 
     lane: int
     window: dict[int, float]
@@ -34,16 +40,16 @@ class LaneOnWay:
     length_m: float
     first_m: float
     last_m: float
-    """Where on it vehicles are, that change to the lane beside it or come from there."""
+    """The last position of a front on this lane [m]."""
     rear_m: float
-    """No rear is before this: there the first place of those who drive once begins."""
+    """The least position of a rear [m]: the first place of a route that is driven once begins there."""
     loops: dict[str, float] = field(default_factory=dict)
     sizes: dict[tuple[float, bool], float] = field(default_factory=dict)
-    """Widths of the vehicles by length and whether they are jointed."""
+    """The greatest width of the vehicles [m], by their length [m] and by whether they are jointed."""
 
     @property
     def behind(self) -> list[tuple[float, int]]:
-        """The lane and the lanes behind it, each with its beginning [m], the farthest first."""
+        """The lane itself and the lanes behind it, each with its beginning [m], the farthest first."""
         return sorted((metres, lane) for lane, metres in self.window.items() if metres <= 0.0)
 
 
@@ -98,7 +104,7 @@ def find_ways(layout: Layout, numbers: dict[str, int]) -> list[LaneOnWay]:
 
 
 def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
-    """Return the numbers of ways in groups; the bodies on all ways of a group look the same."""
+    """Return the numbers of the ways in groups: on all ways of a group the bodies look the same."""
     found: dict[object, list[int]] = {}
     for number, way in enumerate(ways):
         reach_m = max((length_m for length_m, _ in way.sizes), default=0.0)
@@ -113,8 +119,9 @@ def drawn_alike(layout: Layout, ways: Sequence[LaneOnWay]) -> list[list[int]]:
 def driven(loop: LoopWay, span: LoopSpan, before: LoopSpan) -> list[tuple[float, float]]:
     """Return the part of each lane of a span on which vehicles drive [m].
 
-    They change between the place before and the one behind, if these lie on the span. Without lanes inside
-    junctions they jump from lane to lane: nothing can be drawn until they are on the second.
+    On a span with two lanes, vehicles change lanes between the first and the last place on that span. In a
+    network without lanes inside junctions, vehicles jump from one lane to the next: bodies are drawn once
+    they are on the second lane.
     """
     length_m = span.end_m - span.begin_m
     if _once(loop):  # its last state is off the road
@@ -132,12 +139,12 @@ def driven(loop: LoopWay, span: LoopSpan, before: LoopSpan) -> list[tuple[float,
 
 
 def _once(loop: LoopWay) -> bool:
-    """Return whether a loop is a route that is driven once: its last state is behind its end."""
+    """Return whether a loop is a route that is driven once: its last state lies beyond its last lane."""
     return loop.length_m > loop.spans[-1].end_m + NEAR_M
 
 
 def jumps(before: LoopSpan, span: LoopSpan) -> bool:
-    """Return whether vehicles get from one lane to another without a lane inside a junction."""
+    """Return whether vehicles get from one span to the next without a lane inside a junction."""
     return not before.internal and not span.internal
 
 
@@ -147,10 +154,10 @@ _Lanes = Sequence[tuple[str, float, float]]
 def _window(
     loop: LoopWay, lanes: _Lanes, k: int, reach_m: float, numbers: Mapping[str, int]
 ) -> Iterator[tuple[int, float]]:
-    """Yield the lanes within reach of the `k`-th with how far ahead of its beginning each begins [m]."""
+    """Yield the lanes near the `k`-th lane, and how far ahead of its beginning each begins [m]."""
     begin_m, length_m = lanes[k][1], lanes[k][2]
     for step in (-1, 1):
-        on_road = False  # what lies behind is told up to the lane from which a junction was entered
+        on_road = False  # the lanes behind are yielded up to the lane from which a junction was entered
         for far in range(1, len(lanes)):
             lane, at, length = lanes[(k + step * far) % len(lanes)]
             ahead = (at - begin_m) % loop.length_m
@@ -162,7 +169,7 @@ def _window(
 
 
 def _path(layout: Layout, lanes: _Lanes, k: int, reach_m: float) -> tuple[Floats, Floats]:
-    """Return the drawn way up to the end of the `k`-th lane, with metres from its beginning."""
+    """Return the points of the drawn way up to the end of the `k`-th lane, and the position of each [m]."""
     parts, at_m = [], lanes[k][2]
     for far in range(len(lanes)):
         lane, _, length = lanes[k - far]
@@ -180,7 +187,7 @@ def _path(layout: Layout, lanes: _Lanes, k: int, reach_m: float) -> tuple[Floats
 
 
 def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], Any]:
-    """Return bodies, or parts of bodies, and their rectangles."""
+    """Return the bodies and their rectangles; of a jointed vehicle, one body and rectangle for each part."""
     bodies: list[Body] = []
     corners: list[Floats] = []
     for number, way in enumerate(ways):
@@ -205,9 +212,10 @@ def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], 
 def _rectangles(
     way: LaneOnWay, front_m: Floats, rear_m: Floats, length_m: float, width_m: float, *, jointed: bool
 ) -> tuple[Flags, Floats]:
-    """Return which rectangles there are from front to rear, and their corners, shape (n, 4, 2) [m].
+    """Return which bodies have a rectangle from front to rear, and its corners, of shape (n, 4, 2) [m].
 
-    Where the way behind is not known it is taken to be straight; the part of what is jointed ends there.
+    A body without a direction has none. Where the way behind is not known, it is taken to be straight; the
+    part of a jointed vehicle ends there.
     """
     front = np.column_stack([np.interp(front_m, way.arcs, way.points[:, c]) for c in (0, 1)])
     back_m = np.maximum(rear_m, way.arcs[0])
@@ -237,7 +245,7 @@ def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length
 
 
 def _places(layout: Layout, way: LaneOnWay, length_m: float) -> list[tuple[float, float]]:
-    """Return the intervals of places that bodies of a length reach on a way [m]."""
+    """Return from where to where the places near a way reach, for bodies of some length [m]."""
     loop, begin_m = next(iter(way.loops.items()))
     lap_m = layout.loops[loop].length_m
     places = [(leg.begin_m - begin_m, leg.end_m - begin_m) for leg in layout.loops[loop].legs]

@@ -1,4 +1,4 @@
-"""The vehicles on each stretch over time: exclusion and room, judged from times of entering and leaving."""
+"""Judge exclusion and room from the times at which vehicles enter and leave each stretch."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LONGEST_MARGIN_S = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Passages:
-    """Rows: `key` of a passage (the same on entering and leaving), group, side, vehicle, time [s]."""
+    """Passages as rows: `key` (the same on entering and leaving), group, side, vehicle, time [s]."""
 
     key: Ints
     group: Ints
@@ -30,21 +30,22 @@ class Passages:
 
     @classmethod
     def join(cls, parts: Sequence[Passages]) -> Passages:
-        """Return the rows of all parts."""
+        """Return the rows of several tables in one."""
         none = np.zeros(0, dtype=np.int64)
         every = [cls(none, none, none, none, np.zeros(0)), *parts]
         return cls(*(np.concatenate([getattr(p, name) for p in every]) for name in cls.__slots__))
 
     def where(self, mask: Flags) -> Passages:
-        """Return the rows chosen."""
+        """Return the rows that `mask` selects."""
         return type(self)(*(getattr(self, name)[mask] for name in self.__slots__))
 
 
 @dataclass(frozen=True, slots=True)
 class Clash:
-    """A finding: `vehicle` came onto a stretch while `other` was on it, or as one vehicle too many.
+    """A finding: `vehicle` came onto a stretch while `other` was on it, or came to a place that was full.
 
-    ``by`` is how many seconds too early it came, or how many vehicles too many were there.
+    ``by``: on a stretch, how many seconds too early the vehicle came; in a place, how many vehicles were
+    there.
     """
 
     time_s: float
@@ -55,10 +56,10 @@ class Clash:
 
 
 class Margins:
-    """The times between two vehicles on a shared stretch: from the first rear to the second front [s].
+    """A histogram of times from the rear of a vehicle leaving a shared stretch to the front of a foe [s].
 
-    Counted once for each passage, to the last foe before it. A histogram, so that its size does not grow
-    with the run; margins of a minute and more are left out, and those to a foe that is still there.
+    Each passage counts once, with the last foe before it. The size of the histogram does not grow with the
+    run. Times of a minute and more are left out, and foes that have not left by the end of the piece.
     """
 
     def __init__(self) -> None:
@@ -66,7 +67,7 @@ class Margins:
         self._counts = np.zeros(round(_LONGEST_MARGIN_S / _MARGIN_STEP_S), dtype=np.int64)
 
     def add(self, margins_s: Floats) -> None:
-        """Count margins [s]."""
+        """Count some margins [s]."""
         near = margins_s[np.isfinite(margins_s) & (margins_s < _LONGEST_MARGIN_S)]
         if len(near):
             self.least_s = min(self.least_s, float(near.min()))
@@ -93,10 +94,10 @@ class Margins:
 
 
 class Exclusion:
-    """Judges passages over shared stretches in order of time.
+    """Judge passages over shared stretches in the order of time.
 
-    `groups`: places, of which each holds so many bodies; and pairs of movements, of which only one may have
-    bodies on the stretch that they share, however many.
+    A group is a place, with its number of slots; or a pair of movements that share a stretch. Of such a pair,
+    only one movement at a time may have bodies on the stretch, any number of them.
     """
 
     def __init__(self, groups: Sequence[StretchGroup]) -> None:
@@ -111,7 +112,7 @@ class Exclusion:
         self.margins = {"crossing": Margins(), "drawn": Margins()}
 
     def judge(self, entered: Passages, left: Passages) -> list[Clash]:
-        """Take the passages since the last call, and return the clashes.
+        """Judge the passages since the last call, and return the clashes.
 
         All times are later than those of the call before. O(n log n).
         """
@@ -178,7 +179,7 @@ class Exclusion:
 
 
 def _match(key: Ints, left: Passages) -> Floats:
-    """Return for each key when that passage ended; infinity where it has not."""
+    """Return, for each key, the time at which its passage ended [s]; infinity if it has not ended."""
     out = np.full(len(key), np.inf)
     if not len(left):
         return out
@@ -191,7 +192,7 @@ def _match(key: Ints, left: Passages) -> Floats:
 
 
 def _running_max(group: Ints, values: Floats) -> tuple[Floats, Ints]:
-    """Return the greatest value so far within each group (rows sorted by group), and its row; -1 for none."""
+    """Return the greatest value so far within each group of the sorted rows, and its row; -1 for none."""
     if not len(group):
         return values, np.zeros(0, dtype=np.int64)
     top = np.asarray(pd.Series(values).groupby(group, sort=False).cummax(), dtype=np.float64)

@@ -1,4 +1,4 @@
-"""A vehicle's recorded positions along its loop: arrivals and stands."""
+"""Follow a vehicle along its loop by its recorded positions: stretches that it enters, and stands."""
 
 import numpy as np
 
@@ -10,15 +10,15 @@ from loopgate.errors import ResultsError
 
 _STANDING_MPS = 0.1
 _MOST_PASSAGES = 5_000_000
-"""More than a vehicle makes in a piece of its record, which has some ten thousand rows."""
+"""An upper bound on the passages of a vehicle in one piece of its record, of some ten thousand rows."""
 
 _LAPS = 1 << 20  # more laps than a vehicle drives: numbers of passages are counted in this base
 TOLERANCE_M = 0.1
-"""How far a front may be beyond the end of its leg [m]: SUMO's own tolerance for stops."""
+"""How far beyond the end of its leg a front may be [m]: SUMO's own tolerance for stops."""
 
 
 class LoopTable:
-    """A loop as arrays: the beginnings of its lanes, its legs, and the crossings between them [m]."""
+    """A loop as arrays: the beginnings of its lanes, its legs, and the gaps between their places [m]."""
 
     def __init__(self, loop: LoopWay, lanes: dict[str, int], stretches: LoopStretches) -> None:
         self.lap_m = loop.length_m
@@ -45,11 +45,11 @@ class LoopTable:
 
 
 def _stretches_of(length_m: float, stretches: LoopStretches) -> LoopStretches:
-    """Return the stretches that a body of some length is ever on.
+    """Return the stretches that a body of some length can be on.
 
-    A stretch lasts from the first front to the last rear of all bodies that touch the foe: one that begins
-    farther beyond its end than a body is long is touched by longer ones only. That the abstraction does not
-    say so of a body that can touch is seen to by the rules *drawn* and *conflict*.
+    A stretch is shared by bodies of all lengths: it lasts from the first front to the last rear of those that
+    touch the foe. If it begins farther beyond its end than this body is long, only longer bodies touch. The
+    rules *drawn* and *conflict* check that the abstraction leaves out no body that can touch.
     """
     on_it = stretches.begin_m - stretches.end_m <= length_m + 2 * ROUNDING_M
     if on_it.all():
@@ -69,11 +69,11 @@ class Traveller:
     Parameters
     ----------
     grants_s
-        When it was granted its states, in order [s].
+        The times at which the gate granted its states to the vehicle, in order [s].
     leaves_s
-        When, by the trace, its rear had left its states, in order [s].
+        The times at which, by the trace, its rear left its states, in order [s].
     end_s
-        When it went off the road, by the trace [s]; infinity if it did not.
+        The time at which, by the trace, it went off the road [s]; infinity if it did not.
     """
 
     def __init__(
@@ -92,7 +92,7 @@ class Traveller:
         self._stretches = _stretches_of(body.length_m, loop.stretches)
         self._grants_s = grants_s
         self._leaves_s = leaves_s
-        # The leg it starts in is counted from; its front may lie a lap off in the layout's numbers.
+        # Legs are counted from the one in which it starts; the layout's `start_m` may be some laps off.
         end = float(loop.leg_ends[body.leg]) if len(loop.leg_ends) else 0.0
         start = body.start_m
         while start > end + 1e-6:
@@ -105,9 +105,10 @@ class Traveller:
         self._stand: tuple[float, float, int] | None = None  # from, until, lane number
 
     def arcs(self, lane: Ints, pos_m: Floats, odometer_m: Floats) -> Floats:
-        """Return where the front is on its endless way [m]; NaN on lanes that are not on its loop.
+        """Return the positions of the front, counted on over laps [m]; NaN on lanes not on its loop.
 
-        The lane says where on the loop, the odometer which lap (and which time, for lanes passed twice).
+        The lane says where on the loop the front is, the odometer in which lap. If the loop has the lane
+        twice, the odometer also says at which of the two it is.
         """
         if self._origin_m is None and len(odometer_m):
             self._origin_m = self._start_m - float(odometer_m[0])
@@ -123,9 +124,9 @@ class Traveller:
         return np.asarray(arcs + np.round((expected - arcs) / self._loop.lap_m) * self._loop.lap_m)
 
     def pass_over(self, time_s: Floats, arcs_m: Floats) -> tuple[Passages, Passages]:
-        """Return the stretches that the front has reached and the rear has left, with the times.
+        """Return the stretches that the front has reached and those that the rear has left, with the times.
 
-        Within a step a vehicle is taken to keep its speed, as SUMO moves it.
+        A vehicle keeps its speed within a step, as SUMO moves it.
         """
         s = self._stretches
         entered: list[Passages] = []
@@ -140,7 +141,7 @@ class Traveller:
         return Passages.join(entered), self._reached(left_m, time, arcs)
 
     def gone(self, at_s: float) -> Passages:
-        """Return the stretches that the vehicle was on when it went off the road, left at that time [s]."""
+        """Return the stretches that the vehicle was on when it went off the road, left at `at_s`."""
         s, arc_m = self._stretches, self._last[1] if self._last else -np.inf
         lap = np.floor((arc_m - s.begin_m) / self._loop.lap_m)
         on_it = (arc_m - self.body.length_m < s.end_m + lap * self._loop.lap_m) & np.isfinite(lap)
@@ -148,7 +149,7 @@ class Traveller:
         return self._passages(rows, lap[rows].astype(np.int64), np.full(len(rows), at_s))
 
     def ungranted(self, time_s: Floats, arcs_m: Floats, tolerance_m: float) -> tuple[Ints, Floats]:
-        """Return the rows with a front beyond the ground granted before that step, and the excess."""
+        """Return the rows with the front beyond the legs granted before that step, and how far beyond [m]."""
         count = len(self._loop.leg_ends)
         if count < 2:  # noqa: PLR2004  one state all along: no gate
             return np.zeros(0, dtype=np.int64), np.zeros(0)
@@ -158,7 +159,7 @@ class Traveller:
         return rows, beyond[rows]
 
     def left_too_early(self, time_s: Floats, arcs_m: Floats) -> tuple[Ints, Floats]:
-        """Return the rows at which the rear is in a state that the trace says it has left, and how far."""
+        """Return the rows with the rear in a state that it has left by the trace, and how far inside [m]."""
         count = len(self._loop.leg_ends)
         if count < 2:  # noqa: PLR2004  as above
             return np.zeros(0, dtype=np.int64), np.zeros(0)
@@ -170,7 +171,7 @@ class Traveller:
     def stands(
         self, time_s: Floats, arcs_m: Floats, speed_mps: Floats, lane: Ints
     ) -> list[tuple[float, float, int]]:
-        """Return the stands in crossings that have ended: from, until [s], and the front's lane."""
+        """Return the stands in crossings that have ended: from, until [s], number of the front's lane."""
         loop = self._loop
         where = arcs_m - np.floor(arcs_m / loop.lap_m) * loop.lap_m
         if not len(loop.gap_ends):
@@ -191,7 +192,7 @@ class Traveller:
         return ended
 
     def last_stand(self) -> list[tuple[float, float, int]]:
-        """Return the stand that the record ends in, if any."""
+        """Return the stand at the end of the record, if there is one."""
         return [self._stand] if self._stand else []
 
     def _end_m(self, leg: Ints) -> Floats:

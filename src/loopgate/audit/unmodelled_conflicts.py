@@ -1,4 +1,4 @@
-"""Drawn conflicts that the abstraction misses, or has too short."""
+"""Find the drawn conflicts that the abstraction does not have, or has on a stretch that is too short."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -7,7 +7,7 @@ from loopgate.audit.drawing import Drawn, Side
 from loopgate.audit.layout import Layout, LoopLeg
 
 _BESIDE_M = 0.5
-"""How far a drawn stretch may reach beyond the one that the abstraction says [m]."""
+"""How far a drawn stretch may reach beyond the stretch of the abstraction [m]."""
 
 Stretch = tuple[float, float] | None
 
@@ -15,9 +15,9 @@ Stretch = tuple[float, float] | None
 def find_unmodelled(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
     """Return the drawn conflicts that the abstraction does not cover: two lanes and the fault.
 
-    Nobody may touch a body that waits in a place. Of two that are under way, some movement of the one must be
-    a foe of some movement of the other, over all of the stretch. Only layouts with crossings say anything
-    about movements; elsewhere the list is empty.
+    No body may touch a body that waits in a place. Of two bodies that are between places, some movement of
+    the first must be a foe of some movement of the second, over the whole drawn stretch. A layout without
+    crossings has no movements: the list is then empty.
     """
     if not any(leg.crossings for loop in layout.loops.values() for leg in loop.legs):
         return []
@@ -41,7 +41,7 @@ def find_unmodelled(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
 
 
 def _foes(layout: Layout, one: Side, other: Side) -> Iterator[tuple[Stretch, Stretch]]:
-    """Yield the stretches that the two ways share by the abstraction, each along its own way."""
+    """Yield the stretches that two conflicting movements share by the abstraction, each along its own way."""
     theirs = [crossing for leg in _under_way(layout, other) for crossing in leg.crossings]
     for leg in _under_way(layout, one):
         for movement, foes in leg.crossings:
@@ -51,7 +51,7 @@ def _foes(layout: Layout, one: Side, other: Side) -> Iterator[tuple[Stretch, Str
 
 
 def _under_way(layout: Layout, side: Side) -> list[LoopLeg]:
-    """Return the legs behind whose places a body is somewhere on a stretch."""
+    """Return the legs between whose place and the next place a body of this side may be."""
     loop = layout.loops[side.loop]
     legs = []
     for leg, following in zip(loop.legs, [*loop.legs[1:], *loop.legs[:1]], strict=True):
@@ -64,7 +64,7 @@ def _under_way(layout: Layout, side: Side) -> list[LoopLeg]:
 
 
 def _beyond(layout: Layout, side: Side, stretches: Sequence[Stretch]) -> float:
-    """Return how far bodies touch before the first and behind the last of the stretches [m]."""
+    """Return how far bodies touch outside the abstraction's stretches, on either end [m]."""
     lap_m = layout.loops[side.loop].length_m
     before, behind = math.inf, math.inf
     for stretch in stretches:

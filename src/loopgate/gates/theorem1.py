@@ -75,7 +75,7 @@ def theorem1(
     Parameters
     ----------
     system, configuration
-        Where everyone stands; with the asking robot, hypothetically, in the state it wants to enter.
+        The positions of all robots; the asking robot is placed in the state that it wants to enter.
     circuit
         A circuit of that configuration.
     lookahead

@@ -73,9 +73,9 @@ class Checker:
     ) -> bool:
         """Return whether `moves` are legal and leave a free slot in every state that can block.
 
-        Robots that stay for good are to be where they stay by then, in states that never block. From there
-        everyone can go on for ever, see `FreeSlots`. `blocking` says by state whether it can block.
-        O(moves + robots + states).
+        A robot whose path ends must by then be in the last state of its path, and that state must never
+        block. From there every other robot can drive for ever, see `FreeSlots`. `blocking`: for each state,
+        whether it can block. O(moves + robots + states).
         """
         at = list(configuration.positions)
         if not self._play(at, self._order(configuration), moves):

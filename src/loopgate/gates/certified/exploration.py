@@ -124,7 +124,7 @@ class Exploration(LivenessProof):
         return {"kind": "round", "approach": self.ids([robot, *approach]), "circle": self.ids(circle)}
 
     def way_from(self, configuration: Configuration) -> tuple[list[int], list[int]]:
-        """Return an approach and a circle from a configuration known to be live."""
+        """Return the moves from a live configuration to a circle of moves, and the moves of that circle."""
         approach: list[int] = []
         while configuration not in self._circle:
             robot = self._next[configuration]

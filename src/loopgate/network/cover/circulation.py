@@ -103,7 +103,7 @@ def _solved(
     *,
     whole: bool = True,
 ) -> scipy.optimize.OptimizeResult:
-    """Return how often to drive each arc, in whole numbers or not."""
+    """Return how often to drive each arc; with `whole`, in whole numbers."""
     rows = vstack([balance, visits, *([csr_array(np.array(cuts, dtype=np.float64))] if cuts else [])])
     ways = balance.shape[0]
     demands = rows.shape[0] - ways
