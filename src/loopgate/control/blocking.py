@@ -26,8 +26,8 @@ def blockers(
     """Return the gated vehicles that block a refused vehicle, as a list of sets.
 
     In each set, at least one vehicle has to move before the refused vehicle can. A vehicle that a user's own
-    rule refuses waits for no vehicle. `by_gate` returns the names
-    of the vehicles for which a gate refuses a vehicle; it is None where the chain rule decides.
+    rule refuses waits for no vehicle. `by_gate` returns the names of the vehicles for which a gate refuses a
+    vehicle; it is None where the chain rule decides.
     """
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:

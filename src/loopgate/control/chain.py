@@ -68,7 +68,7 @@ def closes_by_turning(vehicle: Vehicle, leg: Leg) -> bool:
 
 
 def circle_from(place: Place) -> list[Place]:
-    """Return the circle of full places that `place` waits for; none if its vehicles can move some day."""
+    """Return the circle of full places that `place` waits for; none if its vehicles can move at some time."""
     return chain.circle_from(_LINES, place)
 
 

@@ -61,7 +61,7 @@ class Diary:
         return self.way.legs[number % len(self.way.legs)]
 
     def aim(self) -> None:
-        """Find anew, after a grant, where there is something to record next."""
+        """After a grant, find where the next event to record will be."""
         self._leg_m = inf
         if self._entered < self.vehicle.granted:
             number = self._entered + 1

@@ -135,7 +135,7 @@ class Holdings:
         self._aim(vehicle)
 
     def wake(self, vehicle: Vehicle) -> None:
-        """Let the next answer look at a vehicle; or the answer under way, if the request is new."""
+        """Let the next answer consider a vehicle's request; the present answer if the request is new."""
         if vehicle.asks and not vehicle.woken and vehicle.leg.place.line[0] is vehicle:
             vehicle.woken = True
             (self._later if self._answering and vehicle.answered else self._woken).append(vehicle)

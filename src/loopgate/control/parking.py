@@ -71,7 +71,10 @@ def put_in_order(ledger: Ledger, vehicle: Vehicle) -> None:
 
 
 def _rank(vehicle: Vehicle) -> int:
-    """Return how many vehicles with slots of a vehicle's place are ahead of it; it holds none there."""
+    """Return how many vehicles with slots of a vehicle's place are ahead of it.
+
+    At the call, the vehicle itself must hold no slot there.
+    """
     left_m = _left_m(vehicle)
     ahead = 0
     for one in vehicle.leg.place.bodies:

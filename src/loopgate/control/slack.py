@@ -3,7 +3,7 @@
 In such a circle, the first vehicle of each place wants the next place. The chain rule leaves one slot free,
 so that the circle can turn. An ordinary vehicle takes that slot without asking. So ordinary vehicles count as
 vehicles in places. A vehicle that wants to enter a circle must leave one slot more, and one for each ordinary
-vehicle that is about to enter. A vehicle within the circle may always go on, so one of them can. A mover
+vehicle that is about to enter. A vehicle within the circle may always go on, so at least one can. A mover
 (`loopgate.control.keeping`) must leave one slot only.
 """
 

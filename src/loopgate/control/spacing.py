@@ -3,7 +3,7 @@
 Without spacing, vehicles bunch behind slow ones, and streets wait long for the bunch. A vehicle is delayed
 while it is ahead of the middle between its two neighbours on the loop; so the spacing evens out without a
 timetable (Bartholdi and Eisenstein, "A self-coordinating bus route to resist bus bunching", Transp. Res. B
-46, 2012). A rule that asks computes how far the vehicle is ahead.
+46, 2012). How far a vehicle is ahead is computed when a rule asks for it.
 """
 
 from __future__ import annotations

@@ -316,7 +316,7 @@ def _place(
 
 
 def _driven(scenario: Scenario, vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:
-    """Return a vehicle without these devices, and with a type for speed advice if the scenario advises."""
+    """Return a vehicle without `devices`, and with a type for speed advice if the scenario advises speeds."""
     bare = without_devices(vehicle, devices) if devices else vehicle
     return replace(bare, type=advised_type(bare.type)) if scenario.rule_for_spacing == "advice" else bare
 

@@ -1,4 +1,4 @@
-"""Makes a gate anew, for the vehicles as they stand on the road, when vehicles come or go."""
+"""Makes a new gate for the vehicles on the road whenever vehicles come or go."""
 
 from __future__ import annotations
 

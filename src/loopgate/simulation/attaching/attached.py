@@ -260,7 +260,7 @@ class Attached:
         Raises
         ------
         TrafficError
-            If a vehicle is of another class, keeps a longer gap, or drives as no gate can work with.
+            If a vehicle is of another class, keeps a longer gap, or drives in a way that gates exclude.
         """
         for vehicle in self._fleet.vehicles:
             before, name = self._kinds[vehicle], self._sumo.type_name(vehicle)

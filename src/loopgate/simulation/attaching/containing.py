@@ -169,7 +169,7 @@ class OwnersContainment:
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
-        """Find detours round everything that stands since the last call, and lay them."""
+        """Find detours round the vehicles that have come to stand since the last call, and lay them."""
         members = self._queue.fleet.vehicles
         settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
         if settle:

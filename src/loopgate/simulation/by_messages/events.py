@@ -17,7 +17,7 @@ class Patience(NamedTuple):
 
 
 class Mind(NamedTuple):
-    """A vehicle is reminded: it has heard of a free slot (`heard`), or no post has answered it."""
+    """A reminder to a vehicle: it has heard of a free slot (`heard`), or no post has answered it."""
 
     number: int
     heard: bool

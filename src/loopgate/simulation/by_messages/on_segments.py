@@ -46,7 +46,7 @@ class _Again(NamedTuple):
 
 
 class _Mind(NamedTuple):
-    """A vehicle is reminded that no monitor has answered it."""
+    """The event at which a vehicle learns that no monitor has answered it in time."""
 
     vehicle: int
 
@@ -197,7 +197,10 @@ class DecisionsOnSegments:
         self._ready.pop(number, None)
 
     def _use(self, number: int) -> None:
-        """Let a vehicle go that has decided to, if its decision still holds and its crossing is free."""
+        """Let a vehicle that has decided to drive on do so, if its decision still holds.
+
+        Its crossing must be free.
+        """
         survey = self.cars[number].survey
         if survey is None:
             return

@@ -177,7 +177,7 @@ class Film:
         The blocker is the leader. At the end of a lane and inside a junction, blockers are the vehicles that
         leave no space after the junction, and the vehicles that stand inside it across the movement. The
         vehicle's movement is known if it has taken it here before. Otherwise it may be any movement from its
-        lane. With `guess` it is a blocked one, since the vehicle would not stand so long before a free one.
+        lane. With `guess`, it is a blocked movement: the vehicle would not stand so long before a free one.
         """
         one = self._seen[vehicle]
         if (leader := self._leader(one)) is not None:
