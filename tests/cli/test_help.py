@@ -12,6 +12,8 @@ import pytest
 
 from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.main import cli
+from loopgate.cli.scenario_options import HELP
+from loopgate.simulation.scenario import kinds
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}
 ASK = """
@@ -71,3 +73,9 @@ def test_the_command_is_a_module_too() -> None:
     """``python -m loopgate`` says what the script says."""
     said = subprocess.check_output([sys.executable, "-m", "loopgate", "--version"], text=True)
     assert re.fullmatch(r"(python -m )?loopgate, version \S+, (plain|compiled) ledger\n", said)
+
+
+def test_each_key_of_a_scenario_has_an_option() -> None:
+    """Under one heading; only the network is an argument."""
+    told = [key for keys in HELP.values() for key in keys]
+    assert sorted(told) == sorted(kinds().keys() - {"network"})

@@ -13,36 +13,20 @@ from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.interrupts import EXIT_INTERRUPTED
 from loopgate.cli.json_output import print_json
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
+from loopgate.cli.scenario_options import HELP, scenario_options
 from loopgate.errors import NobodyGatedError
-from loopgate.simulation.scenario import (
-    ABSTRACTIONS,
-    ARRIVING,
-    DRIVERS,
-    LIGHTS,
-    ON_DEADLOCK,
-    SPACINGS,
-    STANDING,
-    STARTS,
-    Scenario,
-    read_scenario,
-)
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.scenario_file import read_scenario
 
 if TYPE_CHECKING:
     from loopgate.simulation.loop_run import RunCourse
 
 
-GROUPS = {
-    "Loops": ("routes", "loops", "loop_length_m", "max_shared", "u_turns", "loops_seed"),
-    "Vehicles": ("vehicles", "vehicles_per_km", "on_loops", "types", "drivers", "starts", "stops", "traffic"),
-    "Gate": (
-        *("gate", "gated", "abstraction", "negotiation", "decide", "serve_after_s", "lights", "spacing"),
-        *("arriving", "incidents", "standing", "rho_m", "piece_m"),
-    ),
-    "Watching": ("revisit_s", "weights", "districts", "on_deadlock", "deadlock_after_s", "starving_s"),
-    "Output": ("out", "overwrite", "as_json", "positions", "fcd", "tripinfo", "edgedata"),
-    "SUMO": ("duration_s", "warmup_s", "seed", "step_s", "sumo", "gui", "traci"),
+GROUPS = {title: tuple(keys) for title, keys in HELP.items()} | {
+    "Output": ("out", "overwrite", "as_json", *HELP["Output"]),
+    "SUMO": (*HELP["SUMO"], "gui", "traci"),
 }
-"""The options by what they are about, each in the order of use."""
+"""The options by heading, each in the order of use."""
 
 
 @click.command(
@@ -68,120 +52,7 @@ GROUPS = {
     """,
 )
 @click.argument("network")
-@click.option("--routes", help="Route file or .sumocfg with closed loops.")
-@click.option("--stops", help="Additional files with the stops that route files name: FILE,FILE.")
-@click.option("--traffic", help="Route file or .sumocfg with ordinary vehicles, which keep SUMO's rules.")
-@click.option("--loops", type=int, help="Number of random loops, if there is no --routes.")
-@click.option("--length", "loop_length_m", metavar="MIN:MAX", help="Length of random loops [m].")
-@click.option(
-    "--max-shared", type=float, help="Largest share of a random loop in zones with other loops, 0 to 1."
-)
-@click.option(
-    "--u-turns", is_flag=True, default=None, help="Let vehicles on random loops turn round at junctions."
-)
-@click.option("--loops-seed", type=int, help="Seed of the random loops.")
-@click.option("--vehicles", type=int, help="Number of vehicles. Default: one per loop.")
-@click.option(
-    "--vehicles-per-km", type=float, help="Number of vehicles per kilometre of loop, in place of --vehicles."
-)
-@click.option("--on-loops", help="Number of vehicles on each loop, in place of --vehicles: loop0=3,loop4=1.")
-@click.option(
-    "--types", help="Vehicle types and their shares: bus=1,car=4. Types of the route file, or SUMO's classes."
-)
-@click.option("--gate", help="Gate: name or name:option=value. Under 'open' SUMO's right of way rules.")
-@click.option(
-    "--gated",
-    help="Vehicles under the gate, if trips are read: all (default), loops, a vType, or a file of names.",
-)
-@click.option(
-    "--abstraction",
-    type=click.Choice(ABSTRACTIONS),
-    help="Cut roads into queues (places) or segments (the paper).",
-)
-@click.option(
-    "--negotiation",
-    help="Order of requests: oldest (default on segments), pressure (default on queues), random.",
-)
-@click.option(
-    "--serve-after",
-    "serve_after_s",
-    type=float,
-    help="Serve a vehicle that has waited this long for a grant [s]; 0: never.",
-)
-@click.option(
-    "--decide",
-    metavar="WHO",
-    help="Who decides slots and the chain rule: central (default), vehicles:range=150,loss=0.1,delay=0.2, or "
-    "processes (of the same options): one for each vehicle.",
-)
-@click.option(
-    "--lights",
-    type=click.Choice(LIGHTS),
-    help="Traffic lights: off (default with a gate), keep (default for open), obey (grants into green).",
-)
-@click.option(
-    "--spacing",
-    type=click.Choice(SPACINGS),
-    help="Even spacing on loops: none, hold (at gates; default with --revisit), advice (speeds).",
-)
-@click.option(
-    "--starts",
-    type=click.Choice(STARTS),
-    help="Start positions: random (default), or even (more vehicles on longer laps, evenly spaced).",
-)
-@click.option(
-    "--drivers",
-    type=click.Choice(DRIVERS),
-    help="human (default): as the vehicle types say; machine: no dawdling, short headway.",
-)
-@click.option(
-    "--arriving",
-    type=click.Choice(ARRIVING),
-    help="Refused vehicles: brake late (standing, default), or slow early to be granted at speed (rolling).",
-)
-@click.option(
-    "--revisit", "revisit_s", type=float, help="Name the streets that went unseen for longer than this [s]."
-)
-@click.option("--weights", help="File of streets to visit more often: lines EDGE WEIGHT (with --revisit).")
-@click.option("--districts", help="XML file of polygons: the run says how well each district was watched.")
-@click.option("--incidents", help="TOML file of closures and breakdowns.")
-@click.option(
-    "--standing",
-    type=click.Choice(STANDING),
-    help="If a vehicle stands long: contain (default) leads loops round it; leave besides takes vehicles "
-    "without a way off the road for that time; wait does neither.",
-)
-@click.option(
-    "--starving",
-    "starving_s",
-    type=float,
-    help="Name vehicles that get no grant for this long while others do [s].",
-)
-@click.option("--duration", "duration_s", type=float, help="Measured simulated time [s].")
-@click.option("--warmup", "warmup_s", type=float, help="Simulated time before the measured time [s].")
-@click.option("--seed", type=int, help="Seed of SUMO, start positions and negotiation.")
-@click.option("--step-length", "step_s", type=float, help="Simulation step [s].")
-@click.option("--rho", "rho_m", type=float, help="Safe radius of the segments abstraction [m].")
-@click.option("--piece", "piece_m", type=float, help="Longest private piece of the segments abstraction [m].")
-@click.option(
-    "--on-deadlock", type=click.Choice(ON_DEADLOCK), help="Stop the run at a deadlock, or continue."
-)
-@click.option(
-    "--deadlock-after",
-    "deadlock_after_s",
-    type=float,
-    help="Time that vehicles stand in a circle before it counts as a deadlock [s].",
-)
-@click.option(
-    "--positions",
-    is_flag=True,
-    default=None,
-    help="Record the position of every vehicle at every step; the audit then checks crossings and bodies.",
-)
-@click.option("--fcd", is_flag=True, default=None, help="SUMO writes fcd.xml.gz into the run folder.")
-@click.option("--tripinfo", is_flag=True, default=None, help="SUMO writes tripinfo.xml into the run folder.")
-@click.option("--edgedata", is_flag=True, default=None, help="SUMO writes edgedata.xml into the run folder.")
-@click.option("--sumo", metavar="OPTIONS", help="More options for SUMO: '--lanechange-output lc.xml ...'.")
+@scenario_options
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path), help="Run folder. Without it no files are kept."
 )
@@ -227,7 +98,7 @@ def run(
         try:
             summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
         except NobodyGatedError as error:
-            if "gate" in given or "gated" in given or network.endswith(".toml"):
+            if "gate" in given or "who" in given or network.endswith(".toml"):
                 raise
             why = str(error).removesuffix("; or --gate open")
             click.echo(f"warning: {why}; all drive by SUMO's rules, as with --gate open", err=True)

@@ -7,18 +7,15 @@ import inspect
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import tomli_w
 
 from loopgate.errors import LoopgateError, ScenarioError
-from loopgate.gates import check_gate
-from loopgate.negotiation.registry import check_negotiation
-from loopgate.plugins import in_file
-from loopgate.reading import as_path, is_file, meant, read_toml, shown
-from loopgate.simulation.sumo_words import own_words
+from loopgate.reading import is_file, meant, shown
+from loopgate.simulation.scenario_checks import check
 from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
 from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
 
@@ -30,9 +27,6 @@ STARTS = ("random", "even")
 DRIVERS = ("human", "machine")
 ARRIVING = ("rolling", "standing")
 ON_DEADLOCK = ("stop", "continue", "teleport")
-LONGEST_GATED_STEP_S = 1.0
-"""Longest step under a gate [s]: SUMO's drivers keep a headway of one second only if steps are no longer."""
-
 SERVE_AFTER_S = 60.0
 """Default of `Scenario.serve_after_s` [s]."""
 
@@ -55,20 +49,6 @@ class Scenario:
         package.
     routes
         Route file or ``.sumocfg`` with the closed loops; empty to make random ones.
-    stops
-        Additional files, separated by commas, with the bus stops and parking areas of the route files. SUMO
-        loads all of their content, persons too.
-    incidents
-        TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
-    standing
-        ``contain``: no vehicle enters a blocked place (closed, or with a vehicle that stands long), and loops
-        are led round it; ``leave``: also, vehicles without another way leave the road until it is free;
-        ``wait``: vehicles wait. For gates that decide by the chain rule.
-    starving_s
-        Time without a grant, hardly driving, after which a vehicle counts as starving [s].
-    traffic
-        Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules; empty for none. If it
-        names the configuration that is the network, the loops are random.
     loops
         Number of random loops if there is no route file; 0 for a loop per vehicle, at most 40.
     loop_length_m
@@ -88,47 +68,74 @@ class Scenario:
     types
         Vehicle types of the route file, or SUMO's vehicle classes, with their shares: ``bus=1,car=4``. Empty
         for the types of the loops in the route file, or cars.
+    drivers
+        ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
+        headway of half a second or a step, also under ``open``.
+    starts
+        ``even``: more vehicles on loops with longer lap times, evenly spaced in time. ``random``: equally
+        many vehicles on each loop, at random positions, unless the route file gives positions. Empty for
+        ``even`` if the number of vehicles of each loop is given, otherwise ``random``.
+    stops
+        Additional files, separated by commas, with the bus stops and parking areas of the route files. SUMO
+        loads all of their content, persons too.
+    traffic
+        Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules; empty for none. If it
+        names the configuration that is the network, the loops are random.
     gate
         A gate's name, with options behind a colon. ``open``: SUMO's right of way rules. ``file.py:Name``: a
         class or function of your own.
+    who
+        The gated vehicles among trips: ``all``, ``loops`` for no trip, a vehicle type, or a file with names.
+        The other trips are ordinary traffic. Empty for ``all``.
     abstraction
         ``segments`` or ``queues``.
     negotiation
         A negotiation's name, with options behind a colon; empty for ``oldest`` on segments and ``pressure``
         on queues.
-    who
-        The gated vehicles among trips: ``all``, ``loops`` for no trip, a vehicle type, or a file with names.
-        The other trips are ordinary traffic. Empty for ``all``.
-    serve_after_s
-        Time without a grant after which the gate makes way for a vehicle [s]; 0 for never. For gates that
-        promise by the chain rule that every vehicle goes on.
     decide
         ``central``: one program decides; ``vehicles``, with the options ``range`` [m], ``loss`` and ``delay``
         [s]: vehicles and posts at the road decide slots and the chain rule by messages; ``processes``: the
         same, with a process of its own for each vehicle.
+    serve_after_s
+        Time without a grant after which the gate makes way for a vehicle [s]; 0 for never. For gates that
+        promise by the chain rule that every vehicle goes on.
     lights
         ``off``, ``keep`` or ``obey``; empty for ``off`` under a gate and ``keep`` under ``open``.
     spacing
         Even spacing of the vehicles on a loop. ``hold``: a vehicle too far ahead waits some seconds at gates.
         ``advice``: each vehicle is told its speed. ``none``: no spacing. Empty for ``hold`` in a gated run
         with `revisit_s`, otherwise ``none``.
-    drivers
-        ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
-        headway of half a second or a step, also under ``open``.
     arriving
         ``rolling``: where other vehicles cross, a refused vehicle slows down early, so that it is granted at
         speed; ``standing``: it brakes as late as it can. With ordinary traffic, and where vehicles decide,
         vehicles always arrive as with ``standing``.
-    starts
-        ``even``: more vehicles on loops with longer lap times, evenly spaced in time. ``random``: equally
-        many vehicles on each loop, at random positions, unless the route file gives positions. Empty for
-        ``even`` if the number of vehicles of each loop is given, otherwise ``random``.
+    incidents
+        TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
+    standing
+        ``contain``: no vehicle enters a blocked place (closed, or with a vehicle that stands long), and loops
+        are led round it; ``leave``: also, vehicles without another way leave the road until it is free;
+        ``wait``: vehicles wait. For gates that decide by the chain rule.
+    rho_m
+        Safe radius of the segments abstraction [m].
+    piece_m
+        Longest piece into which the segments abstraction cuts private road [m].
     revisit_s
         Longest time between visits promised for each street [s]; 0 for no promise.
     weights
         File of lines ``EDGE WEIGHT``: streets to be seen WEIGHT times as often; empty for equal weights.
     districts
         File of polygons: the run gives the figures of each district; empty for none.
+    on_deadlock
+        ``stop``, ``continue`` or ``teleport`` (the latter under ``open`` only).
+    deadlock_after_s
+        Time that vehicles must stand in a circle to count as a deadlock [s].
+    starving_s
+        Time without a grant, hardly driving, after which a vehicle counts as starving [s].
+    positions
+        Whether SUMO records the position of every vehicle at every step, for the audit.
+    fcd, tripinfo, edgedata
+        Whether SUMO writes these outputs into the run folder: ``fcd.xml.gz``, ``tripinfo.xml``,
+        ``edgedata.xml``.
     duration_s, warmup_s
         Measured simulated time, and the time before it [s].
     seed
@@ -136,19 +143,6 @@ class Scenario:
         hold if the scenario does not give its own.
     step_s
         Length of a simulation step [s]; under a gate at most 1.
-    rho_m
-        Safe radius of the segments abstraction [m].
-    piece_m
-        Longest piece into which the segments abstraction cuts private road [m].
-    on_deadlock
-        ``stop``, ``continue`` or ``teleport`` (the latter under ``open`` only).
-    deadlock_after_s
-        Time that vehicles must stand in a circle to count as a deadlock [s].
-    positions
-        Whether SUMO records the position of every vehicle at every step, for the audit.
-    fcd, tripinfo, edgedata
-        Whether SUMO writes these outputs into the run folder: ``fcd.xml.gz``, ``tripinfo.xml``,
-        ``edgedata.xml``.
     sumo
         More options for SUMO, by their long names.
 
@@ -160,47 +154,53 @@ class Scenario:
     """
 
     network: Annotated[str, text()]
+    # Loops
     routes: Annotated[str, text()] = ""
-    stops: Annotated[str, text()] = ""
-    incidents: Annotated[str, text()] = ""
-    standing: Annotated[str, choice(STANDING)] = "contain"
-    starving_s: Annotated[float, real(1.0, _LONG_S)] = 600.0
-    traffic: Annotated[str, text()] = ""
     loops: Annotated[int, whole(0, _MANY)] = 0
     loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
     max_shared: Annotated[float, real(0.0, 1.0)] = 1.0
     u_turns: Annotated[bool, flag()] = False
     loops_seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    # Vehicles
     vehicles: Annotated[int, whole(0, _MANY)] = 0
     vehicles_per_km: Annotated[float, real(0.0, 1e3)] = 0.0
     on_loops: Annotated[str, amounts(whole_only=True)] = ""
     types: Annotated[str, amounts(whole_only=False)] = ""
+    drivers: Annotated[str, choice(DRIVERS)] = "human"
+    starts: Annotated[str, choice(("", *STARTS))] = ""
+    stops: Annotated[str, text()] = ""
+    traffic: Annotated[str, text()] = ""
+    # Gate
     gate: Annotated[str, text()] = "certified"
+    who: Annotated[str, text()] = ""
     abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
     negotiation: Annotated[str, text()] = ""
-    who: Annotated[str, text()] = ""
-    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     decide: Annotated[str, text()] = CENTRAL
+    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
-    drivers: Annotated[str, choice(DRIVERS)] = "human"
     arriving: Annotated[str, choice(ARRIVING)] = "standing"
-    starts: Annotated[str, choice(("", *STARTS))] = ""
+    incidents: Annotated[str, text()] = ""
+    standing: Annotated[str, choice(STANDING)] = "contain"
+    rho_m: Annotated[float, real(0.01, 1e3)] = 1.25
+    piece_m: Annotated[float, real(0.01, 1e6)] = 100.0
+    # Watching
     revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
     weights: Annotated[str, text()] = ""
     districts: Annotated[str, text()] = ""
-    duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
-    warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
-    seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
-    step_s: Annotated[float, real(0.01, 10.0)] = 1.0
-    rho_m: Annotated[float, real(0.01, 1e3)] = 1.25
-    piece_m: Annotated[float, real(0.01, 1e6)] = 100.0
     on_deadlock: Annotated[str, choice(ON_DEADLOCK)] = "stop"
     deadlock_after_s: Annotated[float, real(0.0, _LONG_S)] = 60.0
+    starving_s: Annotated[float, real(1.0, _LONG_S)] = 600.0
+    # Output
     positions: Annotated[bool, flag()] = False
     fcd: Annotated[bool, flag()] = False
     tripinfo: Annotated[bool, flag()] = False
     edgedata: Annotated[bool, flag()] = False
+    # SUMO
+    duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
+    warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
+    seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    step_s: Annotated[float, real(0.01, 10.0)] = 1.0
     sumo: Annotated[str, text()] = ""
 
     def __post_init__(self) -> None:
@@ -209,60 +209,7 @@ class Scenario:
         if not self.network:
             msg = "network: missing; give a .net.xml file, a .sumocfg or sumo:NAME"
             raise ScenarioError(msg)
-        _check_names(self.gate, self.rule_for_negotiation)
-        self._check_incidents()
-        self._check_decide()
-        if self.traffic and self.gated and self.abstraction != "queues":
-            msg = (
-                f"traffic: with gate {self.gate} it works on abstraction queues only; on {self.abstraction} "
-                "the gate does not know where ordinary vehicles are in the way"
-            )
-            raise ScenarioError(msg)
-        if sum(map(bool, (self.vehicles, self.vehicles_per_km, self.on_loops))) > 1:
-            msg = "vehicles, vehicles_per_km, on_loops: each sets the number of vehicles; give one"
-            raise ScenarioError(msg)
-        if self.weights and not self.revisit_s:
-            msg = "weights: they divide revisit_s, the longest time between visits; give revisit_s too"
-            raise ScenarioError(msg)
-        if self.spacing == "hold" and not self.gated:
-            msg = "spacing: hold works under a gate only, where vehicles can be held; take advice, or a gate"
-            raise ScenarioError(msg)
-        if self.gated and self.step_s > LONGEST_GATED_STEP_S:
-            msg = (
-                f"step_s is {self.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
-                "vehicles drive into each other; gate open takes longer ones"
-            )
-            raise ScenarioError(msg)
-        own = dict(own_words(self.sumo))
-        if (self.positions or self.fcd) and ((self.positions and self.fcd) or "fcd-output" in own):
-            msg = "fcd: SUMO writes positions to one file only; give positions (positions.csv.gz) or fcd"
-            raise ScenarioError(msg)
-        if self.on_deadlock == "teleport" and self.gated:
-            msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
-            raise ScenarioError(msg)
-
-    def _check_incidents(self) -> None:
-        if self.incidents and self.gated and self.abstraction != "queues":
-            msg = "incidents: they work on abstraction queues only, where vehicles are led round them"
-            raise ScenarioError(msg)
-
-    def _check_decide(self) -> None:
-        if self.by_messages is None:
-            return
-        kind = self.gate.partition(":")[0], self.abstraction
-        of_paper = kind == ("algorithm2", "segments") and not self.by_messages.processes
-        wrong = {
-            f"gate {self.gate} on {self.abstraction}": kind != ("certified", "queues") and not of_paper,
-            "traffic": bool(self.traffic),
-            "incidents": bool(self.incidents),
-        }
-        for what, there in wrong.items():
-            if there:
-                msg = (
-                    "decide: vehicles works with gate certified on queues, or algorithm2 on segments (not as "
-                    f"processes), without ordinary traffic and incidents; found {what}; take central"
-                )
-                raise ScenarioError(msg)
+        check(self)
 
     @property
     def by_messages(self) -> AirSettings | None:
@@ -374,11 +321,11 @@ class Scenario:
             if field.name == "network" or value == getattr(default, field.name):
                 continue
             if value is True:
-                words.append("--" + field.name.replace("_", "-"))
+                words.append(f"--{option_name(field.name)}")
                 continue
             if field.name == "loop_length_m":
                 value = f"{value[0]:g}:{value[1]:g}"
-            words += ["--" + _OPTION.get(field.name, field.name).replace("_", "-"), f"{value}"]
+            words += [f"--{option_name(field.name)}", f"{value}"]
         return shlex.join([*words, "-o", out])
 
 
@@ -399,57 +346,19 @@ def _rules() -> Mapping[str, Rule]:
     return {field.name: hints[field.name].__metadata__[0] for field in dataclasses.fields(Scenario)}
 
 
-@lru_cache(maxsize=256)
-def _check_names(gate: str, negotiation: str) -> None:
-    """Check gate and negotiation as far as possible without roads; cached for sweeps."""
-    check_gate(gate)
-    check_negotiation(negotiation)
+def kinds() -> dict[str, tuple[type, Rule]]:
+    """Return the type and the rule of each field, from its annotation."""
+    plain = get_type_hints(Scenario)
+    return {name: (plain[name], rule) for name, rule in _rules().items()}
 
 
-_OPTION = {
-    "who": "gated",
-    "loop_length_m": "length",
-    "revisit_s": "revisit",
-    "serve_after_s": "serve_after",
-    "starving_s": "starving",
-    "duration_s": "duration",
-    "warmup_s": "warmup",
-    "step_s": "step_length",
-    "rho_m": "rho",
-    "piece_m": "piece",
-    "deadlock_after_s": "deadlock_after",
-}
+_OPTION = {"who": "gated", "loop_length_m": "length", "step_s": "step-length"}
 
 
-def read_scenario(file: Path | str) -> Scenario:
-    """Read a scenario from a TOML file; paths in the file are relative to its folder.
+def option_name(field: str) -> str:
+    """Return the name of a field's option on the command line, without ``--``.
 
-    Raises
-    ------
-    ScenarioError
-        If the file cannot be read or is no valid scenario; the message names the file and the key.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from loopgate import read_scenario
-    >>> Path("mine.toml").write_text('network = "sumo:DRT"') > 0
-    True
-    >>> read_scenario("mine.toml").gate
-    'certified'
+    >>> option_name("serve_after_s")
+    'serve-after'
     """
-    path = as_path(file, "scenario file", ScenarioError)
-    data = read_toml(path, "scenario", ScenarioError)
-    for key in ("network", "routes", "incidents", "traffic", "weights", "districts", "who", "gated"):
-        name = data.get(key)
-        if not isinstance(name, str) or (key in {"who", "gated"} and not is_file(path.parent / name)):
-            continue
-        if name and not name.startswith("sumo:"):
-            data[key] = str(path.parent / name)
-    if isinstance(data.get("stops"), str) and data["stops"]:
-        data["stops"] = ",".join(str(path.parent / name.strip()) for name in data["stops"].split(","))
-    for key in ("gate", "negotiation"):
-        where = in_file(data.get(key))
-        if where is not None:
-            data[key] = f"{path.parent / where.file}:{where.rest}"
-    return Scenario.from_dict(data, source=str(file))
+    return _OPTION.get(field) or field.removesuffix("_s").removesuffix("_m").replace("_", "-")

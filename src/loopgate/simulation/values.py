@@ -26,10 +26,13 @@ class Rule:
     accept
         Returns a value in the form in which the scenario has it; raises TypeError or ValueError if it is
         not allowed.
+    words
+        The words of a choice; empty for another kind.
     """
 
     expected: str
     accept: Callable[[object], object]
+    words: tuple[str, ...] = ()
 
 
 def checked(key: str, value: object, rule: Rule) -> object:
@@ -115,8 +118,9 @@ def parse_amounts(words: str) -> dict[str, float]:
 
 def choice(words: tuple[str, ...]) -> Rule:
     """Return the rule for a choice of words; the empty word stands for a default."""
-    named = ", ".join(word for word in words if word)
-    return Rule(f"one of {named}", lambda value: value if value in words else _refuse())
+    named = tuple(filter(None, words))
+    accept: Callable[[object], object] = lambda value: value if value in words else _refuse()  # noqa: E731
+    return Rule(f"one of {', '.join(named)}", accept, named)
 
 
 def flag() -> Rule:
