@@ -38,6 +38,9 @@ _EARLIER_S: Final = 0.05
 _PACE: Final = 0.75
 """Share of their acceleration that vehicles are predicted to use."""
 
+_GRAIN: Final = 0.25
+"""Limits are found for distances [m] and speeds [m/s] that are multiples of this."""
+
 _SPEEDS: Final = 7
 """Number of speeds that are compared."""
 
@@ -49,6 +52,8 @@ class Rolling:
         self._traffic, self._brakes = traffic, brakes
         self.on = False
         self._slowed: dict[Vehicle, None] = {}
+        self._limits: dict[tuple[float, float, float, float, float, int], float] = {}
+        """The limits found so far [m/s]."""
 
     def forget(self, vehicle: Vehicle) -> None:
         """Drop a vehicle that has left the ledger."""
@@ -66,10 +71,20 @@ class Rolling:
         for vehicle in self._brakes.braking if self.on else ():
             if not may_be_slowed(vehicle, now_s, step_s):
                 continue
-            speed = best_speed(vehicle, free_in_s(vehicle, now_s, step_s), step_s)
+            speed = self._limit(vehicle, free_in_s(vehicle, now_s, step_s), step_s)
             if speed < vehicle.speed + vehicle.make.accel * step_s:
                 self._traffic.keep_to(vehicle.name, speed)
                 self._slowed[vehicle] = None
+
+    def _limit(self, vehicle: Vehicle, free_s: int, step_s: float) -> float:
+        """Return `best_speed` of a vehicle that is about as fast and as near, up to a `_GRAIN`."""
+        make, top = vehicle.make, float(round(vehicle.make.top))
+        left_m, speed = _GRAIN * (vehicle.left_m() // _GRAIN), _GRAIN * round(vehicle.speed / _GRAIN)
+        key = left_m, speed, make.accel, make.decel, top, free_s
+        limit = self._limits.get(key)
+        if limit is None:
+            limit = self._limits[key] = best_speed(left_m, speed, make.with_top(top), free_s, step_s)
+        return limit
 
 
 def may_be_slowed(vehicle: Vehicle, now_s: float, step_s: float) -> bool:
@@ -135,15 +150,15 @@ def _next(left_m: float, speed: float, most: float, make: Make, step_s: float) -
     return max(fast, speed - make.decel * step_s, 0.0)
 
 
-def best_speed(vehicle: Vehicle, free_s: int, step_s: float) -> float:
+def best_speed(left_m: float, speed: float, make: Make, free_s: int, step_s: float) -> float:
     """Return the speed limit for the next step that helps a vehicle most [m/s].
 
-    The vehicle gets its grant in `free_s` seconds, and keeps to the limit for some of them. The result is
-    infinite if no limit helps.
+    The vehicle is `left_m` before its stop line, gets its grant in `free_s` seconds, and keeps to the limit
+    for some of them. The result is infinite if no limit helps.
     """
     if free_s <= 1:
         return inf
-    make, speed, left_m, per_s = vehicle.make, vehicle.speed, vehicle.left_m(), max(1, round(1.0 / step_s))
+    per_s = max(1, round(1.0 / step_s))
     fastest, slowest = speed + _PACE * make.accel * step_s, max(0.0, speed - make.decel * step_s)
     best, best_s = inf, _over_s(left_m, speed, inf, 0, free_s * per_s, make, step_s) - _EARLIER_S
     for number in range(_SPEEDS):

@@ -1,4 +1,4 @@
-"""Which refused vehicles are slowed early, how far ahead others are predicted, and what is gained."""
+"""Which refused vehicles are slowed early, and when their crossings and lights let them go."""
 
 from __future__ import annotations
 
@@ -14,13 +14,21 @@ from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.motion import braking_m, safe_speed
 from loopgate.control.places import Make
-from loopgate.control.rolling import AHEAD_S, MOST_S, Rolling, best_speed, free_in_s, may_be_slowed
+from loopgate.control.rolling import (
+    AHEAD_S,
+    MOST_S,
+    Rolling,
+    best_speed,
+    free_in_s,
+    may_be_slowed,
+)
 from loopgate.control.rules import usual
 from loopgate.model import StateId
 
 SHARED = (2.0, 9.0)
 """What both movements use, in metres behind the line."""
 TOP = 13.9
+MAKE = Make(5.0, 2.6, 4.5, TOP, 1.0)
 
 
 class Told(FakeTraffic):
@@ -46,10 +54,9 @@ class Scene:
             ways.append(legs)
         layout = Layout(dict.fromkeys(("pa", "qa", "pb", "qb"), 3), ways)
         self.ledger = Ledger(usual())
-        make = Make(5.0, 2.6, 4.5, TOP, 1.0)
         self.path = layout.path(ways[0])
-        self.a = self.ledger.take_in("a", self.path, 0, make, 1000.0)
-        self.b = self.ledger.take_in("b", layout.path(ways[1]), 0, make, 1000.0)
+        self.a = self.ledger.take_in("a", self.path, 0, MAKE, 1000.0)
+        self.b = self.ledger.take_in("b", layout.path(ways[1]), 0, MAKE, 1000.0)
         self.b.front_m = 49.0
         self.ledger.ask(self.b)
         assert self.ledger.answer(0.0) == [self.b]
@@ -93,8 +100,7 @@ def test_a_slowed_vehicle_can_always_stop_before_its_line(speed: float, free_s: 
     for left_m in (1.0, 4.0, 7.5, 12.0, 20.0, 30.0):
         if braking_m(speed, 4.5, step_s) > left_m:
             continue
-        scene = Scene(left_m, speed, 1.0)
-        limit = best_speed(scene.a, free_s, step_s)
+        limit = best_speed(left_m, speed, MAKE, free_s, step_s)
         assert limit == inf or limit <= max(safe_speed(left_m, 4.5, step_s), speed - 4.5 * step_s)
         assert limit == inf or limit <= speed + 2.6 * step_s
         if free_s == 1:
@@ -103,7 +109,7 @@ def test_a_slowed_vehicle_can_always_stop_before_its_line(speed: float, free_s: 
 
 def test_a_vehicle_that_would_come_to_its_line_too_early_hangs_back() -> None:
     """It stands 7.5 m before its line. Granted in one second it goes at once, in three seconds later."""
-    limits = [best_speed(Scene(7.5, 0.0, 1.0).a, free_s, 1.0) for free_s in (1, 3)]
+    limits = [best_speed(7.5, 0.0, MAKE, free_s, 1.0) for free_s in (1, 3)]
     assert limits[0] == inf
     assert limits[1] < 1.0
 
@@ -114,7 +120,7 @@ def _older(scene: Scene) -> None:
 
 def _full(scene: Scene) -> None:
     for name in "cd":
-        scene.ledger.take_in(name, scene.path, 0, scene.a.make, 1000.0)
+        scene.ledger.take_in(name, scene.path, 0, MAKE, 1000.0)
 
 
 def _for_a_slot(scene: Scene) -> None:
