@@ -1,1 +1,1 @@
-"""One ledger of places and requests, in plain objects; rules that give a reason or nothing."""
+"""Controls vehicles on the road: a ledger answers their requests for places by rules."""

@@ -80,7 +80,7 @@ def ahead(
 def outside(vehicle: Vehicle, slack: Slack, everybody: Collection[Vehicle]) -> list[list[str]]:
     """Return the ordinary vehicles that block a vehicle, by name, in sets like those of `blockers`.
 
-    The reason of the last refusal is not asked: it may be over while ordinary vehicles still block. Where
+    The reason of the last refusal does not count: it may be over while ordinary vehicles still block. Where
     ordinary vehicles fill a place or a circle, the set also has the gated vehicles that could make space.
     """
     wanted = vehicle.wanted()

@@ -204,7 +204,7 @@ def _may_close(trip: Trip, now_s: float) -> bool:
 
 
 def _stops(vehicle: Vehicle, signal: Signal, light_m: float, now_s: float, step_s: float) -> bool:
-    """Return whether a vehicle stops at a light that has closed: it can, and might pass on red if not."""
+    """Return whether a vehicle stops at a closed light: if it can, and might otherwise pass on red."""
     left_m = light_m - vehicle.front_m
     if left_m < braking_m(vehicle.speed, vehicle.make.decel, step_s):
         return False

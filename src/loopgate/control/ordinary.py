@@ -27,8 +27,8 @@ from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.control.slack import Slack, fit
 
 _SETS_OUT_S: Final = 5.0
-"""A vehicle that has stood longer than this at its stop line, though it may drive, waits for something else
-[s]."""
+"""A vehicle that has stood longer than this at its stop line, though it may drive, has
+another cause to wait [s]."""
 
 _PASSED_S: Final = 2.0
 """An ordinary vehicle with the right of way passes the junction within this time of getting there [s]."""

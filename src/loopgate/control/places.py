@@ -304,7 +304,7 @@ class Vehicle:
         return self.withheld == "stop" or self.stops_here()
 
     def is_settled(self) -> bool:
-        """Return whether it is in one place in full length, and holds nothing else."""
+        """Return whether it is in one place with its full length, and holds nothing else."""
         return len(self.bodies) == 1 and not self.trips and self.front_m >= self.bodies[0].begin_m
 
     def trespasses(self) -> bool:

@@ -1,4 +1,4 @@
-"""Refusals: why a rule lets a vehicle not go on, and what makes the ledger ask again."""
+"""Refusals: why a rule does not let a vehicle go on, and what makes the ledger ask again."""
 
 from __future__ import annotations
 

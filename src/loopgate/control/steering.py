@@ -7,7 +7,7 @@ A vehicle changes lanes on a change stretch, once its rear has left the place be
 stands at the guide until one does. Since crossings exclude each other, the other vehicles on the stretch make
 the same change or stay on the first lane. The vehicle holds a slot beyond the stretch, so the vehicles in its
 way move up. It asks SUMO for the change only when no vehicle ahead of it has yet to make the same change, and
-when the vehicle in the slot ahead of its own is ahead of it in full length. Otherwise it could overtake a
+when the vehicle in the slot ahead of its own is ahead of it by its full length. Otherwise it could overtake a
 vehicle that waits for a gap, and the line on the road would differ from the line in the ledger.
 
 A stray, which SUMO has taken to a lane outside its loop, is led back in the same way. It keeps its slot
@@ -60,7 +60,7 @@ class _Guides:
     def is_due(self) -> bool:
         """Return whether the first guide is active.
 
-        A vehicle that changes lanes must be past that point in full length.
+        A vehicle that changes lanes must be past that point with its full length.
         """
         return self.past_m() >= (0.0 if self.guides[0].to_lane is None else self.vehicle.make.length_m)
 

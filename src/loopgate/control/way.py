@@ -16,8 +16,8 @@ class Way:
     which the vehicle starts. `front_m`: arc length of its front there [m]. `renewed_on`: the edge on which
     its route is renewed; `renews`: the route that renews it, or "" if SUMO does so by itself. `keeps_lane`:
     whether SUMO must not change its lane. `foreseen`: whether the time at which it clears a crossing can be
-    predicted. `rounds`: that edge and the next, each with the route that begins there, and the route of that
-    edge alone.
+    predicted. `rounds`: `renewed_on` and the next edge, each with the route that begins on it, and the route
+    of this edge alone.
     """
 
     vehicle: str

@@ -113,7 +113,7 @@ class AskedGate:
         return self._asked.decide(self._configuration, robot).admitted
 
     def blockers(self, vehicle: Vehicle) -> list[str]:
-        """Return the vehicles of which some must move first, as the gate says."""
+        """Return vehicles of which some must move before a refused vehicle can, as the gate says."""
         self.look()
         robots, decision = self._system.robots, self._decisions.get(vehicle)
         if self._following is not None:  # the vehicles in its way may have changed since

@@ -114,7 +114,7 @@ class Assembly:
 
     @property
     def contains(self) -> bool:
-        """Whether something may stand for long, so that vehicles must be led round it."""
+        """Whether streets may be closed or vehicles stand for long, so that others must be led round."""
         return bool(self.incidents.closures or self.incidents.breakdowns or self.detours)
 
     @cached_property

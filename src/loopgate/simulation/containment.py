@@ -69,7 +69,7 @@ class Standing(Protocol):
 
 
 class Containment:
-    """Shuts the places in which something stands, and leads vehicles on loops round them.
+    """Shuts the places in which vehicles stand, and leads vehicles on loops round them.
 
     A place is blocked while its edge or lane is closed, and while a vehicle stands in it that has broken
     down, is at a long stop on the road, or is trapped on a crossing behind such a vehicle. A place is lost
@@ -84,9 +84,9 @@ class Containment:
     Parameters
     ----------
     standing
-        Tells what stands.
+        Tells which vehicles stand, and which streets are closed.
     ways
-        The loops, and the detours round what may stand on them.
+        The loops, and the detours round vehicles that may stand on them.
     waits
         Whether vehicles wait behind a vehicle that stands; closed roads are shut in any case.
     gated
@@ -126,7 +126,7 @@ class Containment:
         self._cut_offs: set[str] = set()
         """The first vehicles of lost places."""
         self._lost: dict[str, None] = {}
-        """The lost places: no path leads their first vehicle round what stands."""
+        """The lost places: no path leads their first vehicle round the blocked places."""
         self._next_s = 0.0
         self.blocked: dict[str, Blocked] = {}
         """The places that are blocked now."""
@@ -193,7 +193,7 @@ class Containment:
                 yield from ((driver.leg(leg).state, (why, vehicle)) for leg in driver.held)
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
-        """Return the vehicles that have stood on a crossing for a minute behind something that stands."""
+        """Return the vehicles that have stood on a crossing for a minute behind a standing vehicle."""
         still = [
             driver.id
             for driver in self._leading.driver_of.values()

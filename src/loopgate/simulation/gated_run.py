@@ -45,12 +45,12 @@ from loopgate.traffic.base import Traffic
 
 
 def check(scenario: Scenario, assembly: Assembly) -> None:
-    """Refuse a scenario of which a gated run would leave something out.
+    """Refuse decisions by messages if vehicles depart later, make stops, or drive beside gated vehicles.
 
     Raises
     ------
     ScenarioError
-        The text names what it would leave out.
+        If vehicles decide by messages and there are such vehicles.
     """
     beside = (assembly.departures, assembly.stops, assembly.others)
     if scenario.by_messages is not None and any(beside):

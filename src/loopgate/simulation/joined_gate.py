@@ -22,7 +22,7 @@ NEVER_FULL: Final = 1 << 30
 
 
 class JoinedGate:
-    """Makes a gate anew whenever vehicles have come or gone.
+    """Makes a new gate whenever vehicles have come or gone.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def run_to_end(
     each_step: Sequence[Callable[[], None]] = (),
     over: Callable[[], bool] = lambda: False,
 ) -> RunCourse:
-    """Drive until the time is over, all vehicles have arrived, a deadlock ends the run, or the user does.
+    """Drive until the time is over, all vehicles have arrived, or a deadlock or the user ends the run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What stands in a run, from its incidents and stops."""
+"""Tells which vehicles stand and which streets are closed in a run, from its incidents and stops."""
 
 from __future__ import annotations
 

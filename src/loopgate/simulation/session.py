@@ -50,7 +50,7 @@ class Session:
     stops, departures
         Figures of stops; wanted and real departures.
     rerouting, containment
-        Reroutes trips; contains what stands. None if the run has neither.
+        Reroutes trips; leads vehicles round standing ones. None if the run has neither.
     each_step
         Functions to call after each step.
     notes

@@ -209,7 +209,7 @@ class OwnersContainment:
                 routes.add(route)
 
     def _stand_on(self) -> Iterator[AbstractSet[str]]:
-        """Yield the sets of edges on which something stands: one set for each, and all together."""
+        """Yield the edges of each closure and each standing vehicle as a set, then all edges as one set."""
         closed = {closure.edge for closure in self._standing.incidents.closures}
         each: list[AbstractSet[str]] = [frozenset((edge,)) for edge in sorted(closed)]
         for vehicle in self._standing.vehicles():

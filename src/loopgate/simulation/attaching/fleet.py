@@ -44,9 +44,9 @@ class Fleet:
 
     Notes
     -----
-    A vehicle joins when it is in full length in a place of its loop, and can stop at the end of that place.
-    It then holds a slot there and nothing else. The gate is made anew for all vehicles as they stand. The
-    gate refuses a vehicle with which it could not keep its promise.
+    A vehicle joins when it is with its full length in a place of its loop, and can stop at the end of that
+    place. It then holds a slot there and nothing else. A new gate is made for all vehicles where they are.
+    The gate refuses a vehicle with which it could not keep its promise.
     """
 
     def __init__(

@@ -18,7 +18,7 @@ _AGAIN_S = 1.0
 """A newcomer that was refused is tried again after this time [s]."""
 
 _SETTLES_S = 60.0
-"""Grants are withheld this long at most, to lay detours round what stands [s]."""
+"""Grants are withheld this long at most, to lay detours round standing vehicles [s]."""
 
 _LONGER_M = 0.01
 
@@ -87,7 +87,7 @@ class JoiningQueue:
         ----------
         all_settle
             Whether every vehicle can come to hold one place only. If not, loops are added only if
-            existing places, and what lies between them, stay as they are.
+            existing places, and the roads between them, stay as they are.
         """
         before = self._next or self.plan
         plan = before.extended(ways)
@@ -175,7 +175,7 @@ class JoiningQueue:
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
     def _take_in(self) -> None:
-        """Hold newcomers at places of their loops, and let the ones in full length in a place join."""
+        """Hold newcomers at places of their loops, and let the ones join that are wholly in a place."""
         if self._next is not None and not self._replan(self._next):
             return
         now = self._traffic.now_s

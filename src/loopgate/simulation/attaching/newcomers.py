@@ -25,7 +25,7 @@ class Newcomer:
     """A vehicle that waits to join the gate, and drives by SUMO's rules until then.
 
     It is told to stop at the end of the first place of its loop before which it can still brake. It can join
-    as soon as it is in that place in full length, since it then holds nothing else.
+    as soon as it is in that place with its full length: it then holds nothing else.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Newcomer:
     left_m
         Distance to the end of that place [m].
     inside
-        Whether it is in that place in full length.
+        Whether it is in that place with its full length.
     tried_s
         When it was last refused [s].
     """

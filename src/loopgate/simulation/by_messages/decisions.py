@@ -130,7 +130,7 @@ class DecisionsByMessages:
         self._probe_s = 2.0 + 40.0 * settings.delay_s
 
     def begin(self) -> None:
-        """Set the first positions: each vehicle is in one place in full length."""
+        """Set the first positions: each vehicle is in one place with its full length."""
         motor = self._motor
         self.where = where = motor.where
         self.radio.over(where)

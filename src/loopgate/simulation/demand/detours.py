@@ -1,4 +1,4 @@
-"""Finds detours: loops that lead round streets on which something stands."""
+"""Finds detours: loops that lead round streets on which a vehicle stands."""
 
 from __future__ import annotations
 
@@ -225,7 +225,7 @@ def find_detours_round(
 def _avoided(
     network: RoadNetwork, vehicles: Iterable[VehicleDemand], incidents: Incidents
 ) -> Iterator[frozenset[str]]:
-    """Yield the sets of edges on which something may stand at the same time.
+    """Yield each set of edges that may be closed, or have standing vehicles, at the same time.
 
     A vehicle that breaks down may stand on the junction before an edge; then all edges into that junction are
     avoided too.

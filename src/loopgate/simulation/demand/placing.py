@@ -143,7 +143,7 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
 
 
 def departs_in_place(network: RoadNetwork, vehicle: VehicleDemand, way: Itinerary) -> Departure:
-    """Return the departure of a gated vehicle: in full length in the place where its file wants it."""
+    """Return the departure of a gated vehicle: with its full length in the place where its file wants it."""
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.loop.lap_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)

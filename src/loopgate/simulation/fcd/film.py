@@ -200,7 +200,7 @@ class Film:
         return [sorted({other for some in blocked for other in some})]
 
     def _leader(self, one: Seen) -> str | None:
-        """Return the next vehicle ahead on the lane, if it stands too near to drive up to."""
+        """Return the next vehicle ahead on the lane, if it stands too near to move up to it."""
         ahead = [other for other in self._standing_on(one.lane) if other.pos_m > one.pos_m]
         if not ahead:
             return None

@@ -38,10 +38,10 @@ def has_device(name: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ReroutingPolicy:
-    """When a vehicle is rerouted: every `every_s` seconds; infinite for at departure only.
+    """When a vehicle is rerouted: every `every_s` seconds; if this is infinite, at departure only.
 
-    A new path must take less than the own path: less by the constant `least_s` [s] and by the factor
-    `factor`.
+    A new path must take less time than the vehicle's own path: less by the constant `least_s` [s] and by the
+    factor `factor`.
     """
 
     every_s: float
