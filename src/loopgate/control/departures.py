@@ -183,7 +183,7 @@ class Departures:
 
 
 def is_crowded(limits: dict[Place, float]) -> bool:
-    """Return whether too many slots of some places are taken, and too many lost to slow vehicles.
+    """Return whether vehicles take too many slots of some places, and too many of these vehicles are slow.
 
     `limits`: the speed limit of each place [m/s].
     """

@@ -2,7 +2,7 @@
 
 A vehicle that stands at its stop line starts from zero when it gets its grant, and clears the junction later
 than a vehicle that arrives at speed. So while other vehicles are in the way of a refused vehicle, `Rolling`
-predicts when they will have passed. It slows the vehicle so that it is before its stop line about then.
+predicts when they will have passed. It slows the vehicle so that it comes to its stop line about then.
 
 The rules of the ledger do not change: a slowed vehicle holds no grant, and still stops at its stop line. It
 is slowed only while its place has a free slot, so that vehicles behind it have space, and for half a minute
@@ -30,16 +30,16 @@ _AT_LINE_M: Final = 1.0
 """A vehicle this near to its stop line is not slowed [m]."""
 
 _OVER_M: Final = 20.0
-"""A vehicle is slowed if that brings it to this distance behind its stop line earlier [m]."""
+"""A vehicle is slowed only if it then comes earlier to this distance behind its stop line [m]."""
 
 _EARLIER_S: Final = 0.05
-"""It must be earlier by at least this time [s]."""
+"""By how much earlier it must come there, at least [s]."""
 
 _PACE: Final = 0.75
 """Share of their acceleration that vehicles are predicted to use."""
 
 _GRAIN: Final = 0.25
-"""Limits are found for distances [m] and speeds [m/s] that are multiples of this."""
+"""Distances [m] and speeds [m/s] are rounded to multiples of this, so that each limit is computed once."""
 
 _SPEEDS: Final = 7
 """Number of speeds that are compared."""

@@ -1,4 +1,4 @@
-"""Scenarios in TOML files."""
+"""Reads scenarios from TOML files."""
 
 from __future__ import annotations
 

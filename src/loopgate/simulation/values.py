@@ -17,17 +17,17 @@ _LONGEST_TEXT = 4096
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A kind of value.
+    """The rule for one kind of value.
 
     Attributes
     ----------
     expected
         The allowed values, in words for messages.
     accept
-        Returns a value in the form in which the scenario has it; raises TypeError or ValueError if it is
-        not allowed.
+        Returns a value in the form in which the scenario has it; raises TypeError or ValueError if the value
+        is not allowed.
     words
-        The words of a choice; empty for another kind.
+        The words of a choice; empty for other kinds of value.
     """
 
     expected: str

@@ -181,7 +181,7 @@ def find_unfit(
     Raises
     ------
     RefusedLoopError
-        If the loop of a vehicle of `staying` cannot.
+        If the loop of a vehicle of `staying` cannot be cut.
     """
     unfit: dict[str, list[VehicleDemand]] = {}
     alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
