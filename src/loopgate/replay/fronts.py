@@ -1,4 +1,4 @@
-"""Where every vehicle was at every step, as the drive knew it: drawn where its loop lies."""
+"""Reads the positions of vehicles along their loops from ``fronts.parquet``, as positions on the map."""
 
 from pathlib import Path
 
@@ -16,12 +16,12 @@ from loopgate.results.table_reading import NO_PARQUET, check_columns
 
 
 def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
-    """Read where the fronts were along their loops (``fronts.parquet``).
+    """Read the positions of the fronts along their loops (``fronts.parquet``).
 
-    A vehicle on the lane of its loop is drawn within 0.15 m of where SUMO had it; one that is on a lane
-    beside, or about to change, on its loop's.
+    A vehicle on the lane of its loop is drawn within 0.15 m of its position in SUMO. A vehicle on another
+    lane, or about to change lanes, is drawn on the lane of its loop.
 
-    Raises `ResultsError` if it cannot be read, does not fit the layout, or there is nobody in it.
+    Raises `ResultsError` if the file cannot be read, does not fit the layout, or has no vehicle.
     """
     names = tuple(layout.vehicles)
     numbers = {name: number for number, name in enumerate(names)}
@@ -68,6 +68,6 @@ def read_fronts(file: Path, step_s: float, layout: Layout) -> Tracks:
 
 
 def _at(curve: tuple[Floats, Floats], lap_m: float, arc_m: Floats) -> Floats:
-    """Return the points at these arc lengths, shape (2, n) [m]."""
+    """Return the points at some arc lengths, of shape (2, n) [m]."""
     points, arcs = curve
     return np.array([np.interp(arc_m % lap_m, arcs, points[:, axis]) for axis in (0, 1)])

@@ -1,7 +1,7 @@
-"""The events of a run as spans of time: places and ways held, refusals, stands at gates.
+"""Turns the events of a run into spans of time: places and links held, refusals, and stands at gates.
 
-Under a gate the events say so. Where SUMO's own rules ruled there are no grants; who was in which place is
-then read off the distance driven.
+Under a gate, these spans follow from the events. Under SUMO's own rules there are no grants: the vehicles in
+each place then follow from the distances that they have driven.
 """
 
 from collections.abc import Iterable
@@ -35,10 +35,10 @@ WHY: dict[str, str] = {
     Reason.STOP: "the vehicle stops before that",
     Reason.ANSWER: "no answer has come yet",
 }
-"""Why a vehicle was refused, in words for readers."""
+"""The reason of a refusal, in words for readers."""
 
 _MOVED_M = 2.0
-"""A circle of waiting vehicles is over when one of them has moved farther than this [m]."""
+"""A deadlock is over when one of its vehicles has moved farther than this [m]."""
 
 
 class TimeSpan(NamedTuple):
@@ -53,7 +53,7 @@ class TimeSpan(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A deadlock: the vehicles, each waiting for the next, and while it lasted, in steps."""
+    """A deadlock: vehicles that each wait for the next, from step `begin` to step `end`."""
 
     vehicles: tuple[int, ...]
     begin: int
@@ -65,18 +65,18 @@ class Happenings:
     """All events of a run for the replay, encoded as numbers."""
 
     visits: list[TimeSpan] = field(default_factory=list)
-    """Times in which a vehicle held a slot of a place."""
+    """Spans in which a vehicle held a slot of a place."""
     passages: list[TimeSpan] = field(default_factory=list)
-    """Times in which a vehicle had a link: from the grant until its rear was in the place behind."""
+    """Spans in which a vehicle held a link: from its grant until its rear was in the next place."""
     refusals: list[TimeSpan] = field(default_factory=list)
-    """Times in which a vehicle was refused on a link, and why (a number in `WHY`)."""
+    """Spans in which a vehicle was refused on a link, with the number of the reason in `WHY`."""
     holds: list[TimeSpan] = field(default_factory=list)
-    """Times in which a vehicle stood at a gate; `what` is 0."""
+    """Spans in which a vehicle stood at a gate; `what` is 0."""
     laps: list[tuple[int, int]] = field(default_factory=list)
     mishaps: list[tuple[int, int, str]] = field(default_factory=list)
-    """`laps` and `mishaps`: vehicle and step; of a mishap also what it was."""
+    """`laps`: vehicle and step of each lap. `mishaps`: vehicle and step of each mishap, and its kind."""
     circles: list[Circle] = field(default_factory=list)
-    """Deadlocks in the order in which they were recognised."""
+    """Deadlocks in the order in which they were detected."""
 
 
 def find_happenings(
@@ -133,7 +133,7 @@ class _Reader:
         self._waiting: dict[int, list[tuple[int, int]]] = {}
 
     def take(self, frame: int, vehicle: int, event: str, place: str, other: int, reason: str) -> None:
-        """Take one event; `other` is the vehicle that its reason names, if it does."""
+        """Read an event; `other` is the vehicle that its reason names, if there is one."""
         if event == Event.LAP:
             self._found.laps.append((vehicle, frame))
         elif event == Event.HOLD:
@@ -199,7 +199,7 @@ class _Reader:
             self._found.holds.append(TimeSpan(0, vehicle, begin, frame))
 
     def _rear_in(self, vehicle: int, frame: int) -> int:
-        """Return the step in which the rear follows the front that came in at `frame`."""
+        """Return the step in which the rear is where the front was at step `frame`."""
         for begin, rows in self._rows.get(vehicle, ()):
             driven = self._tracks.odometer_m[rows]
             if begin <= frame < begin + len(driven):
@@ -208,7 +208,7 @@ class _Reader:
         return frame
 
     def _stands_from(self, vehicle: int, frame: int) -> int:
-        """Return the first step from which on a vehicle has stood where it is at `frame`."""
+        """Return the first step since which a vehicle has stood where it is at step `frame`."""
         for begin, rows in self._rows.get(vehicle, ()):
             x, y = self._tracks.x[rows], self._tracks.y[rows]
             if begin <= frame < begin + len(x):
@@ -228,7 +228,7 @@ class _Reader:
 
 
 def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) -> Iterable[TimeSpan]:
-    """Yield the vehicles in each place, from the distance of each vehicle on its loop."""
+    """Yield the visits of vehicles to places, from the distance that each vehicle has driven on its loop."""
     rows_of = tracks.rows_of()
     for vehicle, body in enumerate(layout.vehicles.values()):
         loop = layout.loops[body.loop]
@@ -243,7 +243,7 @@ def _visits_as_driven(tracks: Tracks, layout: Layout, places: dict[str, int]) ->
 
 
 def _rounds(loop: LoopWay, arc: Floats, length_m: float) -> tuple[Ints, Ints, Ints]:
-    """Return the legs that a vehicle came through; from which row its front, to which its rear was there."""
+    """Return the legs that a vehicle drove over, and the rows in which its front came and its rear left."""
     lap = loop.length_m
     rounds = np.arange(np.floor(arc[0] / lap) - 1, np.ceil(arc[-1] / lap) + 1)[:, None] * lap
     come = (np.array([leg.begin_m for leg in loop.legs])[None] + rounds).ravel()

@@ -12,7 +12,7 @@ from loopgate.network.loop import arc_lengths
 
 @dataclass(frozen=True, slots=True)
 class PlaceLink:
-    """The way from a place to the next: its crossings, and where it lies."""
+    """The way from a place to the next: the names of its crossings, and its line on the map."""
 
     crossings: tuple[str, ...]
     line: Floats
@@ -20,18 +20,18 @@ class PlaceLink:
 
 @dataclass(frozen=True, slots=True)
 class DrawnLines:
-    """Lines of a layout that are drawn."""
+    """The lines of a layout, as points on the map."""
 
     loops: dict[str, Floats]
-    """Floats of each loop, by name [m]."""
+    """The points of each loop, by name [m]."""
     places: dict[str, Floats]
-    """Floats of each place, by name [m]."""
+    """The points of each place, by name [m]."""
     links: tuple[PlaceLink, ...]
     """The ways between places."""
     after: dict[str, tuple[int, ...]]
-    """For each loop the numbers of the links behind its legs."""
+    """For each loop, the numbers of the links after its legs."""
     foes: tuple[tuple[int, ...], ...]
-    """For each link those that exclude it."""
+    """For each link, the numbers of the links that exclude it."""
 
 
 def find_lines(layout: Layout) -> DrawnLines:

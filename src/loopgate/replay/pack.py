@@ -17,10 +17,11 @@ _PIECE = 1 << 22
 
 @dataclass(slots=True)
 class Pack:
-    """Columns of whole numbers beside a description in JSON.
+    """Columns of whole numbers, with a description in JSON.
 
-    A column is kept as differences, taken once or twice, their signs folded into the lowest bit, and cut into
-    planes: all lowest bytes, then the next. What drives evenly, or stands, is then mostly zeros.
+    A column is kept as differences, taken once or twice. The sign of each difference is folded into the
+    lowest bit. The column is cut into planes: the lowest bytes of all numbers, then the next bytes. If a
+    vehicle drives evenly or stands, most bytes are then zero.
     """
 
     _columns: list[npt.NDArray[np.uint8]] = field(default_factory=list)
@@ -49,7 +50,7 @@ class Pack:
     def text(self, description: Any, report: Callable[[int, int], None] = lambda _done, _all: None) -> str:  # noqa: ANN401  any JSON
         """Return the compressed content in base64: length of the description, description, columns.
 
-        `report` is told how many bytes of how many are compressed.
+        `report` is called with the number of bytes compressed so far, and the number of all bytes.
         """
         words = json.dumps(description, separators=(",", ":")).encode()
         content = b"".join((len(words).to_bytes(4, "little"), words, *(c.tobytes() for c in self._columns)))

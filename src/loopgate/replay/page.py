@@ -18,7 +18,7 @@ from loopgate.replay.pack import Pack
 from loopgate.replay.scene import Scene, load_scene
 
 MOST_RUNS = 2
-"""So many runs are seen side by side."""
+"""The most runs that a page shows side by side."""
 
 _SCRIPTS = ("data.js", "waits.js", "view.js", "draw.js", "panel.js", "player.js")
 _FRAME_PX = 640

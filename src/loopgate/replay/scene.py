@@ -1,4 +1,4 @@
-"""A run as the replay shows it, read from its folder."""
+"""Reads a run from its folder, as the replay shows it."""
 
 import re
 import shlex
@@ -27,7 +27,7 @@ _SHOWN = (
     *(Event.DEADLOCK, Event.COLLISION, Event.TELEPORT, Event.OVERRUN, Event.STRAY),
 )
 _LENGTH_M, _WIDTH_M = 5.0, 1.8
-"""SUMO's car, for vehicles of which nothing is known."""
+"""Length and width of a car in SUMO [m], for vehicles whose size is not known."""
 _MARGIN_M = 150.0
 _EDGE_OF_PLACE = re.compile(r"(.+)_\d+(?:\D.*)?$")
 """A place is named after its lane, ``EDGE_NUMBER``, with a suffix where a lane has several places."""
@@ -44,10 +44,10 @@ class Scene:
     ways: DrawnLines
     happenings: Happenings
     streets: dict[str, Any]
-    """`tracks`, `layout`, `ways`, `happenings` and `streets`: where everybody was, what is known of the
-    roads, what happened, what is drawn behind."""
+    """`tracks`: positions of the vehicles. `layout`: states, crossings and vehicles, if known. `ways`: lines
+    of loops, places and links. `happenings`: the events. `streets`: the streets in the background."""
     names: Mapping[str, str]
-    """Names of streets by edge, where the network has some."""
+    """Names of streets by edge, if the network has names."""
 
     @property
     def network(self) -> str:
@@ -105,7 +105,7 @@ class Scene:
         }
 
     def _shown(self, place: str) -> str:
-        """Return a place as the page names it: with the name of its street, if that has one."""
+        """Return a place as the page names it: with the name of its street, if the street has a name."""
         edge = _EDGE_OF_PLACE.match(place)
         street = self.names.get(edge[1], "") if edge else ""
         return f"{street} ({place})" if street else place

@@ -1,4 +1,4 @@
-"""The streets behind a replay: roads of the network round the loops, else the lanes that are driven on."""
+"""The streets behind a replay: roads of the network round the loops, else lanes that vehicles drive on."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -19,13 +19,13 @@ Box = tuple[float, float, float, float]
 _CARS = frozenset({"passenger", "bus", "delivery"})
 _WIDTH_M = 3.2
 _SIMPLER_M = 0.2
-"""Shapes may be off by this much [m]."""
+"""Simplified shapes may differ from the real ones by this much [m]."""
 
 
 def open_network(scenario: Mapping[str, Any], folder: Path) -> RoadNetwork | None:
-    """Return the network of a run; None where it is not to be had any more.
+    """Return the network of a run; None if it cannot be read any more.
 
-    A path is tried from where the run was started, which may be here, and from its folder.
+    A relative path is tried from the working directory, then from the run folder.
     """
     name = str(scenario.get("network", ""))
     for tried in (name, str(folder / name)):
@@ -37,7 +37,7 @@ def open_network(scenario: Mapping[str, Any], folder: Path) -> RoadNetwork | Non
 
 
 def flat(line: npt.ArrayLike, *, closed: bool = False) -> list[int]:
-    """Return a line as x, y of its first point, then steps from point to point, in tenths of a metre."""
+    """Return a line as x, y of its first point, then the steps from point to point, in tenths of a metre."""
     points = np.asarray(line, dtype=np.float64)
     made = shapely.Polygon(points) if closed and len(points) > 3 else shapely.LineString(points)  # noqa: PLR2004  a triangle stays
     simple = shapely.get_coordinates(shapely.simplify(made, _SIMPLER_M))

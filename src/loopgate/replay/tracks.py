@@ -13,19 +13,19 @@ from loopgate.errors import ResultsError
 from loopgate.reading import refusing
 
 PER_M = 10
-"""Positions are whole tenths of a metre."""
+"""Units of position in a metre: positions are whole tenths of a metre."""
 
 TURN = 256
-"""Headings are whole parts of a turn."""
+"""Units of heading in a turn."""
 
 LARGEST_M = 1e8
-"""Nobody is farther away than this [m]."""
+"""The largest coordinate that is accepted [m]."""
 
 MOST_STEPS = 1e9
-"""No run is longer."""
+"""The largest number of steps that is accepted."""
 
 _LONGEST_LEAP_M = 200.0
-"""A vehicle that goes farther in a step has been put somewhere else [m]."""
+"""A vehicle that moves farther than this in a step has been put somewhere else [m]."""
 
 _COLUMNS = ("vehicle_id", "timestep_time", "vehicle_x", "vehicle_y", "vehicle_angle", "vehicle_odometer")
 
@@ -35,22 +35,23 @@ class Tracks:
     """Positions by vehicle, then by step."""
 
     vehicles: tuple[str, ...]
-    """Names; those that were given come first."""
+    """Names of the vehicles; known vehicles come first."""
     first_s: float
     step_s: float
     frames: int
-    """`first_s`, `step_s` and `frames`: time after the first step, length of a step [s], and how many steps
-    there are."""
+    """`first_s`: the time after the first step [s]. `step_s`: the length of a step [s]. `frames`: the number
+    of steps."""
     owner: Ints
     begin: Ints
     count: Ints
-    """`owner`, `begin` and `count`: tracks in the order of the positions: its vehicle, the number of its
-    first step, how many steps. A vehicle that was off the road, or put elsewhere, has several."""
+    """`owner`: the vehicle of each track. `begin`: the number of its first step. `count`: its number of
+    steps. Tracks are in the order of the positions. A vehicle that was off the road for a time, or put
+    somewhere else, has several tracks."""
     x: Ints
     y: Ints
-    """`x` and `y`: front of the vehicle in network coordinates, in tenths of a metre."""
+    """`x`, `y`: the vehicle's front in network coordinates, in tenths of a metre."""
     heading: Ints
-    """From rear to front, clockwise from north, in 256ths of a turn."""
+    """The direction from rear to front, clockwise from north, in 256ths of a turn."""
     odometer_m: Floats
 
     def frame(self, time_s: float) -> int:
