@@ -45,9 +45,9 @@ _NEXT: Final = 1 << 60
 
 
 class Hindrance:
-    """The vehicle in the way, and the arc length of its front from which it may be out of the way [m].
+    """A vehicle in the way. It stays in the way at least until its front is at arc length `until_m` [m].
 
-    The arc length is minus infinity if it cannot be known.
+    `until_m` is minus infinity if nothing is known.
     """
 
     __slots__ = ("until_m", "vehicle")
@@ -145,7 +145,7 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Fo
 
 
 def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe, now_s: float) -> bool:
-    """Return whether a vehicle that goes now is past the stretch before the other vehicle gets there."""
+    """Return whether a vehicle that goes now is surely past the stretch before the other gets there."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
@@ -168,7 +168,10 @@ def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe
 
 
 def _may_be_held(trip: Trip, inside_m: float) -> bool:
-    """Return whether SUMO may let a granted vehicle wait before or on the junction."""
+    """Return whether SUMO may make a granted vehicle wait before or on the junction.
+
+    `inside_m`: how far its front is beyond its stop line [m].
+    """
     ahead = trip.vehicle
     if inside_m < trip.over.ahead_m + _BEYOND_M and _room_m(ahead, trip.into) < trip.clear_m - ahead.front_m:
         return True  # if the vehicle ahead stands, this one cannot clear the junction, and SUMO keeps it out

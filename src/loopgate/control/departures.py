@@ -183,9 +183,10 @@ class Departures:
 
 
 def is_crowded(limits: dict[Place, float]) -> bool:
-    """Return whether vehicles take too many slots of some places, and too many of these vehicles are slow.
+    """Return whether places are crowded together: many slots are taken, and slow vehicles lose many slots.
 
-    `limits`: the speed limit of each place [m/s].
+    A vehicle that stands loses a slot, a vehicle at the speed limit none. `limits`: the places, each with its
+    speed limit [m/s].
     """
     slots = sum(place.slots for place in limits)
     if sum(len(place.line) for place in limits) <= _TAKEN * slots:

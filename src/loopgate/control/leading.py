@@ -42,7 +42,7 @@ def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: floa
 
 
 def wait_for_nothing(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Withdraw a vehicle's request, and let the vehicle stand where it is until `wait_again`."""
+    """Withdraw a vehicle's request; the vehicle makes none until `wait_again`. SUMO is not told."""
     withdraw(ledger, vehicle)
     vehicle.stop_m = vehicle.front_m
     vehicle.near = False

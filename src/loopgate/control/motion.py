@@ -38,11 +38,12 @@ def time_s(distance_m: float, speed: float, accel: float, top: float) -> float:
 
 
 def braking_time_s(distance_m: float, room_m: float, top: float, decel: float) -> float:
-    """Return the longest time to drive a distance behind a vehicle that stands `room_m` ahead [s].
+    """Return how long a vehicle takes at most for a distance if it brakes behind one `room_m` ahead [s].
 
     SUMO's drivers take a second to react: at distance ``g`` from where they must stop, they drive at most at
     ``v`` with ``g = v + v^2 / 2b``. So slowing down from ``v`` to ``w`` takes ``ln(v / w) + (v - w) / b``.
-    The result is 0 if no vehicle stands ahead (infinite `room_m`).
+    The result is infinite if the vehicle stops before the end of the distance. It is 0 if no vehicle stands
+    ahead (infinite `room_m`), since the vehicle need not brake.
     """
     if room_m == inf:
         return 0.0

@@ -153,7 +153,11 @@ class Parking:
         """How long vehicles stood parked beyond their stops [s]: in all, and at most."""
 
     def begin(self, vehicle: Vehicle, why: str = "") -> bool:
-        """Take the slot of a vehicle that has just parked; return whether it gave the slot up."""
+        """Take its slot away from a vehicle that has just parked; return whether this was possible.
+
+        The vehicle keeps the slot under a gate other than the chain rule, and while it is not wholly in one
+        place. `why`: noted in the event.
+        """
         # Another gate needs each vehicle to be in a place.
         if chain not in self._ledger.rules or not self._ledger.step_aside(vehicle):
             return False

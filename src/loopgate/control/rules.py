@@ -46,7 +46,7 @@ _CROSSING: Final = Refusal("crossing")
 
 
 def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
-    """Refuse a vehicle while another vehicle with a grant is in its way on the crossing."""
+    """Refuse a vehicle while another has a grant for a conflicting movement and may be in its way."""
     other = in_the_way(vehicle, now_s)
     if other is None:
         return None

@@ -76,7 +76,11 @@ class Steering:
         """Number of vehicles that were on a lane outside their loop."""
 
     def begin(self, vehicle: Vehicle, guides: Sequence[Guide], from_m: float) -> None:
-        """Give a vehicle the guides after a place that ends at `from_m`, and set the first one."""
+        """Give a vehicle its guides: stops that keep it to its lanes after a place; the first is set in SUMO.
+
+        While the vehicle is led back to its lane, the guides wait. `from_m`: where the place ends, as an arc
+        length of the vehicle [m].
+        """
         way = self._ways.get(vehicle)
         if way is not None:  # the vehicle got a grant while it was led back
             way.from_m = from_m
@@ -120,7 +124,7 @@ class Steering:
             self._traffic.brake(vehicle.name)
 
     def step(self) -> list[Vehicle]:
-        """Move the steered vehicles on; return the vehicles whose steering has ended."""
+        """Remove guides that vehicles have passed, set the next; return vehicles without more guides."""
         done: list[Vehicle] = []
         for vehicle, way in list(self._ways.items()):
             if way.is_due() and self._reached(way):

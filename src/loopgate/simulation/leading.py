@@ -249,7 +249,10 @@ class Leading:
         return True
 
     def wait_for_nothing(self, vehicle: str) -> None:
-        """Let a vehicle stand where it is without a request and without a hold, until `wait_again`."""
+        """Withdraw a vehicle's request and its stop at the line; it makes no request until `wait_again`.
+
+        The caller stops the vehicle on the road.
+        """
         waits = self._ledger.vehicles[vehicle]
         wait_for_nothing(self._ledger, waits)
         if waits.held:

@@ -54,7 +54,8 @@ class Session:
     each_step
         Functions to call after each step.
     notes
-        Warnings about settings of a configuration that SUMO did not get.
+        Warnings to show before the warnings of the run: settings that SUMO did not get, ordinary vehicles
+        that are left out, places that parked vehicles keep.
     close
         Ends the processes that the run started beside SUMO.
     """

@@ -111,7 +111,7 @@ class Newcomer:
         return (track.legs[position].end_m - self.arc_m + _SAME_M) % lap_m - _SAME_M
 
     def _hold(self, traffic: Traffic, track: Track) -> None:
-        """Give the vehicle a route for the next rounds, and a stop at the first place that can hold it."""
+        """Give the vehicle a route for the next rounds, and a stop at the first line where it can stop."""
         begins = [span.begin_m for span in self.loop.roads]
         here = max(n for n, begin in enumerate(begins) if n == 0 or begin <= self.arc_m)
         left = {position: self._left_m(track, position) for position in range(len(track.legs))}

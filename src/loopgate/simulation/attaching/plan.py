@@ -60,8 +60,8 @@ class Plan:
     def goes_on_with(self, earlier: Plan) -> bool:
         """Return whether vehicles under an earlier plan can follow this plan without joining anew.
 
-        They can if their places and the roads between these are the same. A new conflict must be between new
-        movements only.
+        They can if their places and the roads between the places are the same, and no two movements of the
+        earlier plan come into conflict. A new movement may conflict with an earlier movement.
         """
         before, now = earlier.layout, self.layout
         movements = {c.id for way in earlier.itineraries for leg in way.legs for c in leg.crossings}

@@ -61,7 +61,10 @@ class Bridge:
         self._start(range(len(stands)), lambda number: stands[number], 0)
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
-        """Kill processes when it is time; start those that are due again, and return their answers."""
+        """Kill the processes of some controllers once, at the set time; start them again after a while.
+
+        Return the answers of the processes that start. `stand`: returns where a vehicle is, by its number.
+        """
         self._now_s = now_s
         if self._settings.kill and not self._killed and now_s >= self._settings.kill_at_s:
             self._killed = True

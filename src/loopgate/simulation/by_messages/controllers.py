@@ -51,7 +51,7 @@ class Controllers(Protocol):
         ...
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
-        """Give a controller a message."""
+        """Give a controller a message; return what it answers."""
         ...
 
     def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
@@ -92,21 +92,21 @@ class ControllersHere:
     def at_line(
         self, number: int, stamp: Stamp, now_s: float, shares: tuple[float, float], *, free: bool
     ) -> Answer:
-        """See `Controllers`."""
+        """Tell a controller that its vehicle is at its stop line."""
         return self.all[number].at_line(stamp, now_s, shares, free=free)
 
     def hear(self, number: int, message: ToVehicle) -> Answer:
-        """See `Controllers`."""
+        """Give a controller a message; return what it answers."""
         return self.all[number].hear(message)
 
     def crossing(self, number: int, now_s: float, *, free: bool) -> Answer:
-        """See `Controllers`."""
+        """Tell a controller that holds a grant whether its crossing is free; `now_s` is its clock [s]."""
         return self.all[number].crossing(now_s, free=free)
 
     def rear_out(self, number: int) -> Answer:
-        """See `Controllers`."""
+        """Tell a controller that the rear of its vehicle has left a place."""
         return self.all[number].rear_out()
 
     def remind(self, number: int) -> Answer:
-        """See `Controllers`."""
+        """Tell a controller that time has passed without the answer that it waits for."""
         return self.all[number].remind()

@@ -371,7 +371,10 @@ class DecisionsByMessages:
         self.radio.say_as(number, out, self._clock_s)
 
     def _say_from(self, place: int, out: Sequence[Message]) -> None:
-        """Send a post's messages; vehicles that wait for a slot of its place may overhear them."""
+        """Send the messages of the post of a place, and look again at a request that has waited there.
+
+        Vehicles that wait for a slot of the place may overhear that a slot is free.
+        """
         for message in out:
             if isinstance(message, Ask):  # the request has waited at the keeper, which now looks at it again
                 self._air.wake(self._clock_s, message)

@@ -1,4 +1,4 @@
-"""Timed events of vehicles and posts that are no messages."""
+"""Events that a vehicle or a post sets for a later time, as the end of a wait; they are not messages."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class _Loop:
         self._lap_m = lap_m
 
     def place(self, leg: int) -> int:
-        """Return the number of the place of a leg on the endless path."""
+        """Return the number of a leg's place; `leg` counts on from round to round."""
         return self.places[leg % len(self.places)]
 
     def begin_m(self, leg: int) -> float:

@@ -80,7 +80,7 @@ def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str,
 
 
 def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: float) -> float:
-    """Return an option of rerouting, a share or a time [s]."""
+    """Return the value of an option of rerouting: a share, or a time [s]; at least 0."""
     word = f"device.{_REROUTING}.{name}"
     try:
         return max(0.0, seconds(said[word])) if word in said else default

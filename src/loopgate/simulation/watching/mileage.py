@@ -135,7 +135,10 @@ class Mileage:
         return row
 
     def of(self, trip: Trip) -> Driven:
-        """Return distance and times of a vehicle in the measured time."""
+        """Return how far a vehicle drove, how long it was under way and how long of that it stood.
+
+        The figures begin with the measured time. `trip`: what SUMO says of the vehicle.
+        """
         vehicle, step_s = trip.vehicle, self._traffic.step_s
         row = self._row_of.get(vehicle)
         gone_s = self._gone_s.get(vehicle, self._traffic.now_s)

@@ -28,7 +28,7 @@ def block(roads: RoadNetwork, name: str, corners: str) -> Loop:
 
 
 def test_one_goes_on_with_another_that_leaves_its_places_as_they_are(roads: RoadNetwork) -> None:
-    """A loop that crosses the first brings conflicts among its own movements only."""
+    """A loop that crosses the first brings conflicts of its own movements, none between earlier movements."""
     first, second = block(roads, "a", "B1 C1 C2 B2"), block(roads, "b", "C1 D1 D2 C2")
     plan = Plan(roads, ((first, CAR),))
     larger = plan.extended([(second, CAR)])
