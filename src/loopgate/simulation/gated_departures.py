@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from math import inf
 
 from loopgate.control.accounts import Account
+from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, Due
 from loopgate.control.departures import Departures as Rules
-from loopgate.control.departures import Due
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
 from loopgate.control.way import Way
@@ -56,9 +56,9 @@ class GatedDepartures(Departures):
         slots: int,
         admits: Callable[[Way], bool] | None = None,
         *,
-        heeds_crowds: bool = True,
+        crowding: Crowding = WITHOUT_LIGHTS,
     ) -> None:
-        self._heeds_crowds = heeds_crowds
+        self._crowding = crowding
         super().__init__(departures)
         self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
@@ -79,7 +79,7 @@ class GatedDepartures(Departures):
         """Let vehicles depart that are due and may."""
         if self._rules is None:  # by now the vehicles of the beginning are on the road
             rules = self._traffic, self._driving, self._due, self._slots
-            self._rules = Rules(*rules, admits=self._admits, heeds_crowds=self._heeds_crowds)
+            self._rules = Rules(*rules, admits=self._admits, crowding=self._crowding)
         self._rules.look()
 
     def _may_stay(self, way: Way) -> bool:

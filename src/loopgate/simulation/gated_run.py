@@ -11,6 +11,7 @@ import numpy as np
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats
+from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -215,7 +216,7 @@ def open_gated(
             driving,
             room,
             _admits(scenario, gate, laid, len(ways)),
-            heeds_crowds=scenario.rule_for_lights != "obey",
+            crowding=AT_LIGHTS if scenario.rule_for_lights == "obey" else WITHOUT_LIGHTS,
         )
         looks.append(departures.look)
     rerouting = containment = None

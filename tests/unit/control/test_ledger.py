@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from loopgate.control.chain import circle_from, closes, closes_by_entering
-from loopgate.control.departures import is_crowded
+from loopgate.control.departures import AT_LIGHTS, is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
 from loopgate.control.places import Leg, Make, Place, Vehicle, joined, path_of
@@ -180,6 +180,14 @@ def test_a_way_is_crowded_where_slots_are_taken_by_vehicles_that_are_slow() -> N
     for car in cars:
         car.speed = 7.0
     assert not is_crowded(limits)  # they roll
+    assert not is_crowded(limits, AT_LIGHTS)
+    for car in cars:
+        car.speed = 0.0
+    assert not is_crowded(limits, AT_LIGHTS)
+    cars += [ledger.take_in(f"more{number}", path, 0) for number in range(5)]
+    assert is_crowded(limits, AT_LIGHTS)
+    cars[0].asks, cars[0].reason = True, "red"
+    assert not is_crowded(limits, AT_LIGHTS)  # a queue at a red light
 
 
 def test_vehicles_that_wait_outside_count_as_a_queue() -> None:
