@@ -14,6 +14,7 @@ from loopgate import Scenario
 from loopgate.cli.run import exit_code
 from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
+from loopgate.results.summary_rows import summary_rows
 from loopgate.simulation.run import simulate
 from loopgate.simulation.run_warnings import warnings_of
 
@@ -52,6 +53,8 @@ def test_everybody_else_goes_on_when_a_vehicle_breaks_down(tmp_path: Path, free:
     assert summary["clean"]
     assert summary["distance_km"] > 0.93 * free["distance_km"]
     assert [one["why"] for one in summary["standing"]["blocked"]] == ["breakdown"]
+    assert "(breakdown) from" in dict(summary_rows(summary))["blocked"]
+    assert "blocked" not in dict(summary_rows(free))
     assert summary["standing"]["blocked"][0]["vehicle"] == "v1"
     assert summary["standing"]["led_round"] > 5
     victims = {vehicle for sink in summary["starving"] for vehicle in sink["vehicles"]}

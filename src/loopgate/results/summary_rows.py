@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from loopgate.errors import ResultsError
-from loopgate.reading import refusing
+from loopgate.reading import counted, refusing
 from loopgate.results.row_columns import NOT_GATED
 from loopgate.results.table_reading import STRANGE
 
@@ -40,6 +40,7 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_longest_wait(summary.get("longest_wait")),
         *_trips(summary),
         *_stops(summary),
+        *_blocked(summary),
         *_spacing(summary),
         *_drivers(summary),
         ("coverage", _coverage(summary)),
@@ -113,6 +114,17 @@ def _trips(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("trips", f"{summary['arrived']} arrived, {summary['unfinished']} unfinished"),
         ("delay of trips", f"mean {mean:.1f} s: {loss:.1f} under way, {depart:.1f} to depart; worst {worst}"),
     ]
+
+
+def _blocked(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the row about places that were closed or blocked, if there are any."""
+    standing = summary.get("standing")
+    if not standing or not standing["blocked"]:
+        return []
+    first, *more = standing["blocked"]
+    text = f"{first['place']} ({first['why']}) from {first['from_s']:.0f} s"
+    others = f", and {len(more)} more" if more else ""
+    return [("blocked", f"{text}{others}; {counted(standing['led_round'], 'vehicle')} led round")]
 
 
 def _stops(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -67,7 +67,13 @@ def later_ways(assembly: Assembly) -> list[Track]:
     return [one.track for one in planned if one.track is not None]
 
 
-def _notes(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
+def _notes(scenario: Scenario, assembly: Assembly, driving: Driving) -> tuple[str, ...]:
+    """Return warnings about an option without effect, and about vehicles that keep their slots."""
+    notes = ("arriving: among ordinary vehicles gated vehicles do not arrive rolling",)
+    return (notes if scenario.arriving == "rolling" and assembly.others else ()) + _kept(assembly, driving)
+
+
+def _kept(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
     """Return the warning about vehicles that keep their slots while they park."""
     names = [stop.name for some in assembly.stops.values() for stop in some if stop.parks]
     if chain in driving.ledger.rules or not names:
@@ -242,6 +248,6 @@ def open_gated(
         rerouting,
         containment,
         tuple(looks),
-        _notes(assembly, driving),
+        _notes(scenario, assembly, driving),
         laid.by_messages.close if laid.by_messages else lambda: None,
     )

@@ -107,8 +107,8 @@ class Scenario:
         with `revisit_s`, otherwise ``none``.
     arriving
         ``rolling``: where other vehicles cross, a refused vehicle slows down early, so that it is granted at
-        speed; ``standing``: it brakes as late as it can. With ordinary traffic, and where vehicles decide,
-        vehicles always arrive as with ``standing``.
+        speed; ``standing``: it brakes as late as it can. Under a gate, without ordinary traffic, and not
+        where vehicles decide.
     incidents
         TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
     standing
