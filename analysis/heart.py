@@ -28,12 +28,12 @@ import sumo
 from compiled_wheel import compile_ledger
 
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.track import Track
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
 from loopgate.control.driving import Driving
-from loopgate.control.way import Way
 from loopgate.gates import make_gate
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork
@@ -44,7 +44,6 @@ from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.gated_departures import due_of
 from loopgate.simulation.gated_run import make_driving, slots_of
 from loopgate.simulation.joined_gate import NEVER_FULL
-from loopgate.simulation.leading import way_of
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
@@ -88,7 +87,7 @@ class Turnover:
         self,
         traffic: Traffic,
         driving: Driving,
-        outside: list[Way],
+        outside: list[Track],
         starts: Sequence[VehicleStart],
         every_s: float,
     ) -> None:
@@ -110,13 +109,14 @@ class Turnover:
             self._traffic.take_out(vehicle.name)
         driving = self._driving
         fitting = [
-            way
-            for way in self._outside
-            if driving.arrivals.is_clear(way) and driving.ledger.fits(driving.paths.of(way)[way.position])
+            track
+            for track in self._outside
+            if driving.arrivals.is_clear(track)
+            and driving.ledger.fits(driving.paths.of(track)[track.position])
         ]
-        for way in fitting[:1]:
-            if self._driving.arrivals.let_in(way, self._insertions[way.vehicle]):
-                self._outside.remove(way)
+        for track in fitting[:1]:
+            if self._driving.arrivals.let_in(track, self._insertions[track.vehicle]):
+                self._outside.remove(track)
                 self.joined += 1
 
 
@@ -165,14 +165,13 @@ def drive(
         So often a vehicle leaves and another comes in [s]; half of them are outside at the beginning. Never
         by default.
     """
-    ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     later = [one.track for one in assembly.departures if one.track]
     system = cast("Abstraction", assembly.abstraction).system
     collisions: set[tuple[str, str]] = set()
     left: list[tuple[Account, str]] = []
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
     among, own = bool(scenario.traffic or assembly.others), set(assembly.names)
-    here = assembly.starts[: len(ways) // 2] if turnover_s else assembly.starts
+    here = assembly.starts[: len(assembly.tracks) // 2] if turnover_s else assembly.starts
     gate, orders = make_gate(scenario.gate, system), make_negotiation("pressure", Random(scenario.seed))
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -188,11 +187,13 @@ def drive(
             driving = make_driving(scenario, assembly, traffic, gate, orders, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
             driving.on_leaving = lambda account, why: left.append((account, why))
-            driving.paths.lay([way_of(track) for track in later])
-            driving.take_in(ways[: len(here)])
+            driving.paths.lay(later)
+            driving.take_in(assembly.tracks[: len(here)])
             room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
             departures = Departures(traffic, driving, due_of(assembly.network, assembly.departures), room)
-            turnover = Turnover(traffic, driving, ways[len(here) :], assembly.starts, turnover_s)
+            turnover = Turnover(
+                traffic, driving, list(assembly.tracks[len(here) :]), assembly.starts, turnover_s
+            )
             gc.collect()
             gc.freeze()  # what stands already is not looked through again and again
             began = perf_counter()

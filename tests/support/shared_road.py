@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.control.diary import Row
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
-from loopgate.control.way import Way
 from loopgate.model import StateId
 from loopgate.network.loop import LanePosition
 
@@ -25,30 +25,29 @@ def vehicle_at(name: str, front_m: float) -> FakeVehicle:
     return FakeVehicle([(f"{name}p", OWN_M), (f"{name}s", SHARED_M)], front_m)
 
 
-def way_of(name: str, front_m: float, *, own: str = "", rounds: bool = False) -> Way:
-    """Return the way of a vehicle: its `own` place, by default ``p`` and its name, and the place ``s``.
-
-    `rounds`: whether it has routes on which its stops are forgotten.
-    """
+def track_of(name: str, front_m: float, *, own: str = "") -> Track:
+    """Return the path of a vehicle: its `own` place, by default ``p`` and its name, and the place ``s``."""
     legs = (
         Leg(StateId(own or f"p{name}"), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
         Leg(StateId("s"), 199.0, 260.0, line=LanePosition(f"{name}s", 0, 59.9)),
     )
     edges = ((0.0, f"{name}p"), (OWN_M, f"{name}s"))
-    routes = ((f"{name}p", "round", "first"), (f"{name}s", "onward", "second"))
-    return Way(name, name, LAP_M, 10.0, legs, edges, 0, front_m, f"{name}p", rounds=routes if rounds else ())
+    rounds = Round(f"{name}p", "round", "first"), Round(f"{name}s", "onward", "second")
+    return Track(name, name, LAP_M, front_m, 10.0, rounds, edges, legs)
 
 
 class SharedRoad:
     """Vehicles ``v0``, ``v1`` and so on, with their fronts there [m]; each place holds one."""
 
-    def __init__(self, *starts_m: float, rounds: bool = False) -> None:
-        self.ways = [way_of(f"v{k}", front_m, rounds=rounds) for k, front_m in enumerate(starts_m)]
-        slots: dict[str, int] = {leg.state: 1 for way in self.ways for leg in way.legs}
-        self.traffic = FakeTraffic({way.vehicle: vehicle_at(way.vehicle, way.front_m) for way in self.ways})
-        layout = Layout(slots, [way.legs for way in self.ways])
+    def __init__(self, *starts_m: float) -> None:
+        self.tracks = [track_of(f"v{k}", front_m) for k, front_m in enumerate(starts_m)]
+        slots: dict[str, int] = {leg.state: 1 for track in self.tracks for leg in track.legs}
+        self.traffic = FakeTraffic(
+            {track.vehicle: vehicle_at(track.vehicle, track.front_m) for track in self.tracks}
+        )
+        layout = Layout(slots, [track.legs for track in self.tracks])
         self.driving = Driving(self.traffic, layout, Ledger(usual()))
-        self.driving.take_in(self.ways)
+        self.driving.take_in(self.tracks)
 
     @property
     def ledger(self) -> Ledger:

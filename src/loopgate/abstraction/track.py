@@ -49,12 +49,14 @@ class Track:
         Arc length at which each edge begins [m], ascending, and its name.
     legs
         The states in driving order, as the abstraction draws them; empty without a gate.
-    start_position
+    position
         Index of the state in which the vehicle starts.
     keeps_lane
         Whether the vehicle changes lanes only where a guide says so.
     renews
-        Whether loopgate renews the route, because SUMO does not.
+        Whether loopgate renews the route of a loop, because SUMO does not.
+    foreseen
+        Whether the time at which the vehicle clears a crossing can be predicted.
     """
 
     vehicle: str
@@ -65,16 +67,17 @@ class Track:
     rounds: tuple[Round, ...]
     edges: tuple[tuple[float, str], ...]
     legs: tuple[Leg, ...] = ()
-    start_position: int = 0
+    position: int = 0
     keeps_lane: bool = False
     renews: bool = False
+    foreseen: bool = True
 
     @property
     def front_m(self) -> float:
         """The arc length of the front at the beginning, in the lap of its first leg [m]."""
-        front_m = self.start_m
+        front_m = float(self.start_m)
         if self.legs:
-            leg = self.legs[self.start_position]
+            leg = self.legs[self.position]
             while front_m > leg.end_m + _ROUNDING_M:
                 front_m -= self.lap_m
             while front_m < leg.begin_m - _ROUNDING_M:
@@ -82,7 +85,7 @@ class Track:
         return front_m
 
     @property
-    def rerouted_on(self) -> str:
+    def renewed_on(self) -> str:
         """The edge on which the vehicle's route is renewed; empty if it drives once."""
         return self.rounds[0].edge if self.rounds else ""
 
@@ -103,7 +106,7 @@ class Track:
         names = tuple(name for _, name in self.edges)
         if not self.rounds:
             return names[edge:]
-        return names[edge:] + names * 2 + names[: names.index(self.rerouted_on) + 1]
+        return names[edge:] + names * 2 + names[: names.index(self.renewed_on) + 1]
 
     @property
     def first_edge(self) -> str:
@@ -140,13 +143,13 @@ def make_track(
     return Track(
         vehicle=vehicle,
         loop=loop.id,
-        lap_m=loop.lap_m,
+        lap_m=float(loop.lap_m),
         start_m=front_m,
-        top_speed_mps=max(network.lanes[span.lane_id].speed_mps for span in loop.spans),
+        top_speed_mps=float(max(network.lanes[span.lane_id].speed_mps for span in loop.spans)),
         rounds=rounds(loop) if loop.closed else (),
         edges=tuple((span.begin_m, span.edge) for span in loop.roads),
         legs=way.legs,
-        start_position=position,
+        position=position,
         keeps_lane=way.keeps_lane,
     )
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
+from loopgate.abstraction.track import Track
 from loopgate.control.ledger import Ledger
 from loopgate.control.paths import Paths
-from loopgate.control.way import Way
 from loopgate.errors import TrafficError
 from loopgate.traffic.base import Insertion, Traffic
 
@@ -20,49 +20,49 @@ class Arrivals:
 
     def __init__(self, traffic: Traffic, ledger: Ledger, paths: Paths) -> None:
         self._traffic, self._ledger, self._paths = traffic, ledger, paths
-        self.coming: list[Way] = []
+        self.coming: list[Track] = []
         """The vehicles that shall depart in the next step, with their paths."""
-        self.missed: list[Way] = []
+        self.missed: list[Track] = []
         """The vehicles that found no space on the road in the last step, with their paths."""
         self.departed_s: dict[str, float] = {}
         """When each vehicle of `let_in` departed [s]."""
 
-    def let_in(self, way: Way, insertion: Insertion) -> bool:
+    def let_in(self, track: Track, insertion: Insertion) -> bool:
         """Let a vehicle depart in the next step; call it only if `is_clear` and `Ledger.fits` allow that.
 
         Return False if SUMO cannot insert it so that it can brake for its stop line.
         """
-        line = way.legs[way.position].line
-        self._traffic.put_in(way.vehicle, insertion)
+        line = track.legs[track.position].line
+        self._traffic.put_in(track.vehicle, insertion)
         try:
-            self._traffic.hold(way.vehicle, line.edge, line.lane, line.position_m)
+            self._traffic.hold(track.vehicle, line.edge, line.lane, line.position_m)
         except TrafficError:
-            self._traffic.take_out(way.vehicle)
+            self._traffic.take_out(track.vehicle)
             return False
-        self.coming.append(way)
+        self.coming.append(track)
         return True
 
-    def come(self, welcome: Callable[[Sequence[Way]], None]) -> None:
+    def come(self, welcome: Callable[[Sequence[Track]], None]) -> None:
         """Call `welcome` for each vehicle that has departed, before the ledger grants its slot to another."""
         departed = set(self._traffic.departed()) if self.coming else set[str]()
         coming, self.coming, self.missed = self.coming, [], []
-        for way in coming:
+        for track in coming:
             # Two vehicles that come in one step could close a circle together.
-            if way.vehicle in departed and self._ledger.fits(self._paths.of(way)[way.position]):
-                welcome([way])
-                self._ledger.vehicles[way.vehicle].held = True
-                self.departed_s[way.vehicle] = self._traffic.now_s - self._traffic.step_s
+            if track.vehicle in departed and self._ledger.fits(self._paths.of(track)[track.position]):
+                welcome([track])
+                self._ledger.vehicles[track.vehicle].held = True
+                self.departed_s[track.vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
-                self._traffic.take_out(way.vehicle)
-                self.missed.append(way)
+                self._traffic.take_out(track.vehicle)
+                self.missed.append(track)
 
-    def is_clear(self, way: Way, gap_m: float = _GAP_M) -> bool:
+    def is_clear(self, track: Track, gap_m: float = _GAP_M) -> bool:
         """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
 
         `gap_m`: the gap that the vehicle keeps to them [m].
         """
-        leg = self._paths.of(way)[way.position]
-        clear_m = way.front_m - leg.begin_m + gap_m
+        leg = self._paths.of(track)[track.position]
+        clear_m = track.front_m - leg.begin_m + gap_m
         if leg.place.is_full():
             return False
         for body in leg.place.bodies:

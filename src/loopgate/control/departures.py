@@ -13,9 +13,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.places import Leg, Place
-from loopgate.control.way import Way
 from loopgate.gates.base import Reason
 from loopgate.traffic.base import Insertion, Traffic
 
@@ -74,7 +74,7 @@ class Due:
 
     at_s: float
     turn: int
-    way: Way
+    track: Track
     insertion: Insertion
     gap_m: float
     limits: Sequence[float]
@@ -82,12 +82,12 @@ class Due:
     @property
     def again(self) -> bool:
         """Whether the vehicle drives a loop."""
-        return not self.way.legs[-1].away
+        return not self.track.legs[-1].away
 
     @property
     def place(self) -> str:
         """The place in which the vehicle departs."""
-        return str(self.way.legs[self.way.position].state)
+        return str(self.track.legs[self.track.position].state)
 
 
 class Departures:
@@ -113,14 +113,14 @@ class Departures:
         driving: Driving,
         due: Sequence[Due],
         slots: int,
-        admits: Callable[[Way], bool] = lambda _: True,
+        admits: Callable[[Track], bool] = lambda _: True,
         *,
         crowding: Crowding = WITHOUT_LIGHTS,
     ) -> None:
         self._crowding = crowding
         self._traffic, self._driving, self._admits = traffic, driving, admits
         self._coming = deque(due)
-        self._by_name = {one.way.vehicle: one for one in due}
+        self._by_name = {one.track.vehicle: one for one in due}
         self._outside: dict[tuple[str, bool], list[Due]] = {}
         self._tried_s: dict[str, float] = {}
         self._others = 0
@@ -132,8 +132,8 @@ class Departures:
     def look(self) -> None:
         """Let the vehicles depart that want to by now, as far as places, gate and crowding allow."""
         now_s, driving = self._traffic.now_s, self._driving
-        for way in driving.arrivals.missed:
-            self._wait(self._by_name[way.vehicle])
+        for track in driving.arrivals.missed:
+            self._wait(self._by_name[track.vehicle])
         while self._coming and self._coming[0].at_s <= now_s:
             self._wait(self._coming.popleft())
         first = sorted((line[0] for line in self._outside.values() if line), key=lambda one: one.turn)
@@ -157,8 +157,8 @@ class Departures:
 
     def _count(self, one: Due, change: int) -> None:
         """Add `change` to the queue outside each place from the vehicle's own to the next junction."""
-        path = self._driving.paths.of(one.way)
-        for leg in path[one.way.position :]:
+        path = self._driving.paths.of(one.track)
+        for leg in path[one.track.position :]:
             leg.place.outside += change
             if leg.passes:
                 return
@@ -166,27 +166,27 @@ class Departures:
     def _is_crowded(self, one: Due) -> bool:
         """Return whether one more vehicle would reduce the traffic on its path."""
         limits: dict[Place, float] = {}
-        path = self._driving.paths.of(one.way)
-        for leg, limit in zip(path[one.way.position :], one.limits[one.way.position :], strict=True):
-            if not one.way.legs[leg.number].away:
+        path = self._driving.paths.of(one.track)
+        for leg, limit in zip(path[one.track.position :], one.limits[one.track.position :], strict=True):
+            if not one.track.legs[leg.number].away:
                 limits[leg.place] = limit
         return is_crowded(limits, self._crowding)
 
     def _let_in(self, one: Due, now_s: float) -> bool:
         """Let a vehicle depart in the next step if there is space for it; return whether it does."""
-        driving, way = self._driving, one.way
-        leg: Leg = driving.paths.of(way)[way.position]
-        if not driving.arrivals.is_clear(way, one.gap_m):
+        driving, track = self._driving, one.track
+        leg: Leg = driving.paths.of(track)[track.position]
+        if not driving.arrivals.is_clear(track, one.gap_m):
             if (now_s - one.at_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
                 driving.ledger.shut(leg.place)
             return False
-        if now_s < self._tried_s.get(way.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
+        if now_s < self._tried_s.get(track.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
             return False
-        self._tried_s[way.vehicle] = now_s
-        if not driving.ledger.fits(leg) or not self._admits(way):
+        self._tried_s[track.vehicle] = now_s
+        if not driving.ledger.fits(leg) or not self._admits(track):
             return False
         driving.ledger.shut(leg.place)
-        if not driving.arrivals.let_in(way, one.insertion):
+        if not driving.arrivals.let_in(track, one.insertion):
             return False
         self._outside[one.place, one.again].remove(one)
         self._count(one, -1)

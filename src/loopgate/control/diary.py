@@ -7,10 +7,10 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.abstraction.track import Track
 from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Vehicle
-from loopgate.control.way import Way
 
 Row = tuple[float, str, str, str, str]
 """An event: time [s], vehicle, event, place, reason."""
@@ -27,19 +27,19 @@ REFUSE: Final = "refuse"
 class Diary:
     """The record of one vehicle: which edges, laps and places of its path it has passed.
 
-    `way`: the path with its legs as the abstraction drew them. `path`: the same legs as objects of the
+    `track`: the path with its legs as the abstraction drew them. `path`: the same legs as objects of the
     ledger. `laps`: laps so far. `edge`: the edge that the front is on, or has left last. `due_m`: arc length
     at which there is something to record next [m]. A new diary begins at the start of the vehicle, or where
     the vehicle changes to another path.
     """
 
-    def __init__(self, vehicle: Vehicle, way: Way, path: Sequence[Leg], laps: int = 0) -> None:
+    def __init__(self, vehicle: Vehicle, track: Track, path: Sequence[Leg], laps: int = 0) -> None:
         self.vehicle: Final = vehicle
-        self.way: Final = way
+        self.track: Final = track
         self.laps = laps
         self.path: Final = path
-        self._edges: Final = [edge for _, edge in way.edges]
-        self._begins_m: Final = [float(begin_m) for begin_m, _ in way.edges]
+        self._edges: Final = [edge for _, edge in track.edges]
+        self._begins_m: Final = [float(begin_m) for begin_m, _ in track.edges]
         self.edge = self._edges[-1]
         self._edge = 0
         self._edge_laps_m = 0.0
@@ -58,7 +58,7 @@ class Diary:
 
     def drawn(self, number: int) -> Drawn:
         """Return a leg of the vehicle's endless path, as the abstraction drew it."""
-        return self.way.legs[number % len(self.way.legs)]
+        return self.track.legs[number % len(self.track.legs)]
 
     def aim(self) -> None:
         """After a grant, find where the next event to record will be."""
@@ -74,14 +74,14 @@ class Diary:
         name, front_m, renewed = self.vehicle.name, self.vehicle.front_m, False
         while front_m >= self._edge_m:
             edge = self._edges[self._edge]
-            if edge == self.way.renewed_on:
+            if edge == self.track.renewed_on:
                 renewed = True
             rows.append((now_s, name, EDGE, edge, ""))
             self._next_edge()
         while front_m >= self._lap_m:
             self.laps += 1
             self._lap_m += self.vehicle.lap_m
-            rows.append((now_s, name, LAP, self.way.loop, ""))
+            rows.append((now_s, name, LAP, self.track.loop, ""))
         while front_m >= self._leg_m:
             self._entered += 1
             rows.append((now_s, name, ENTER, self.path[self._entered % len(self.path)].place.name, ""))

@@ -7,6 +7,7 @@ from math import inf
 from time import perf_counter
 from types import MappingProxyType
 
+from loopgate.abstraction.track import Track
 from loopgate.control.accounts import Account, Accounts
 from loopgate.control.arrivals import Arrivals
 from loopgate.control.brakes import Brakes
@@ -27,7 +28,6 @@ from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
 from loopgate.control.stops import Stops
 from loopgate.control.used_stops import UsedStops
-from loopgate.control.way import Way
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
@@ -105,59 +105,59 @@ class Driving:
         self.changes = 0
         """How often vehicles have come or gone."""
 
-    def take_in(self, ways: Sequence[Way]) -> None:
+    def take_in(self, tracks: Sequence[Track]) -> None:
         """Put vehicles on the road under the ledger, in line where they are, and answer requests."""
-        self.welcome(ways)
+        self.welcome(tracks)
         self.answer()
 
-    def welcome(self, ways: Sequence[Way], beyond: int = 0) -> None:
+    def welcome(self, tracks: Sequence[Track], beyond: int = 0) -> None:
         """Put vehicles on the road under the ledger; then call `answer`.
 
         `beyond`: how many vehicles more than its slots a place may hold.
         """
         traffic, first = self._traffic, len(self.diaries)
         self.ledger.now_s = traffic.now_s
-        self.changes += len(ways)
+        self.changes += len(tracks)
         made = self.ledger.made
-        for number, way in sorted(enumerate(ways, made), key=lambda one: _behind_m(one[1])):
-            like = traffic.dynamics(way.vehicle)
+        for number, track in sorted(enumerate(tracks, made), key=lambda one: _behind_m(one[1])):
+            like = traffic.dynamics(track.vehicle)
             haste = max(1.0, like.speed_factor)
             make = Make(
                 like.length_m,
                 like.accel_mps2,
                 like.decel_mps2,
-                way.top * haste,
+                track.top_speed_mps * haste,
                 haste,
                 # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
-                foreseen=way.foreseen and not traffic.gives_way,
+                foreseen=track.foreseen and not traffic.gives_way,
             )
             vehicle = self.ledger.take_in(
-                way.vehicle, self.paths.of(way), way.position, make, way.lap_m, beyond, number
+                track.vehicle, self.paths.of(track), track.position, make, track.lap_m, beyond, number
             )
-            vehicle.front_m, vehicle.speed = way.front_m, traffic.speed(way.vehicle)
+            vehicle.front_m, vehicle.speed = track.front_m, traffic.speed(track.vehicle)
             put_in_order(self.ledger, vehicle)
-        for way in ways:
-            vehicle = self.ledger.vehicles[way.vehicle]
+        for track in tracks:
+            vehicle = self.ledger.vehicles[track.vehicle]
             vehicle.row = len(self.diaries)
-            diary = Diary(vehicle, way, self.paths.of(way))
+            diary = Diary(vehicle, track, self.paths.of(track))
             self.diaries.append(diary)
             self.accounts.open(diary)
             if self._gated:
-                traffic.put_under_gate(way.vehicle, keeps_lane=way.keeps_lane)
-                self.rows.append((traffic.now_s, way.vehicle, Event.START, vehicle.leg.place.name, ""))
-            self.rows.append((traffic.now_s, way.vehicle, Event.EDGE, diary.edge, ""))
+                traffic.put_under_gate(track.vehicle, keeps_lane=track.keeps_lane)
+                self.rows.append((traffic.now_s, track.vehicle, Event.START, vehicle.leg.place.name, ""))
+            self.rows.append((traffic.now_s, track.vehicle, Event.EDGE, diary.edge, ""))
         fresh = self.diaries[first:]
         self.fronts.add([diary.vehicle for diary in fresh])
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
-        for way in ways:
-            vehicle, again = self.ledger.vehicles[way.vehicle], bool(way.renewed_on)
-            self.stops.take_in(vehicle, way.edges, way.renewed_on, again=again)
+        for track in tracks:
+            vehicle, again = self.ledger.vehicles[track.vehicle], bool(track.renewed_on)
+            self.stops.take_in(vehicle, track.edges, track.renewed_on, again=again)
             if self._spacing is not None:
-                self._spacing.take_in(vehicle, way.loop)
+                self._spacing.take_in(vehicle, track.loop)
             if again:
-                self._round[way.vehicle] = self.paths.of(way)
-        if any(way.vehicle in self._round for way in ways):
+                self._round[track.vehicle] = self.paths.of(track)
+        if any(track.vehicle in self._round for track in tracks):
             self._leave_room()
 
     def _leave_room(self) -> None:
@@ -208,30 +208,32 @@ class Driving:
         for later in self.diaries[row:]:
             later.vehicle.row -= 1
 
-    def turn_off(self, vehicle: Vehicle, way: Way, edges: Sequence[str]) -> bool:
-        """Lead a vehicle to another path from its place, which is leg `way.position` of that path.
+    def turn_off(self, vehicle: Vehicle, track: Track, edges: Sequence[str]) -> bool:
+        """Lead a vehicle to another path from its place, which is leg `track.position` of that path.
 
         Return whether that can be done now. `edges`: its route in SUMO.
         """
-        path, make = self.paths.of(way), vehicle.make
-        if not may_turn_off(vehicle, path[way.position]):
+        path, make = self.paths.of(track), vehicle.make
+        if not may_turn_off(vehicle, path[track.position]):
             return False
         self._traffic.lead(vehicle.name, edges)
-        kind = make.with_top(way.top * make.haste)
-        by_m = turn_off(self.ledger, vehicle, path[way.position], kind, way.lap_m)
+        kind = make.with_top(track.top_speed_mps * make.haste)
+        by_m = turn_off(self.ledger, vehicle, path[track.position], kind, track.lap_m)
         row = vehicle.row
         self.fronts.shift(row, by_m)
         self.fronts.tops[row] = kind.top
-        diary = self.diaries[row] = Diary(vehicle, way, path, self.diaries[row].laps)
+        diary = self.diaries[row] = Diary(vehicle, track, path, self.diaries[row].laps)
         self.accounts.of[vehicle.name].turns_off(diary, by_m)
         self.used_stops.turned_off(vehicle)
         if vehicle.name in self._round:
             self._round[vehicle.name] = path
         if self._spacing is not None:
             self._spacing.forget(vehicle)
-            self._spacing.take_in(vehicle, way.loop)
+            self._spacing.take_in(vehicle, track.loop)
         self.changes += 1
-        self.rows.append((self._traffic.now_s, vehicle.name, Event.REROUTE, vehicle.leg.place.name, way.loop))
+        self.rows.append(
+            (self._traffic.now_s, vehicle.name, Event.REROUTE, vehicle.leg.place.name, track.loop)
+        )
         return True
 
     def jumped(self, name: str, skipped_m: float) -> None:
@@ -299,7 +301,7 @@ class Driving:
             if vehicle.steered:
                 before = vehicle.granted - 1
                 drawn = self.diaries[vehicle.row].drawn(before)
-                laps_m = before // len(self.diaries[vehicle.row].way.legs) * vehicle.lap_m
+                laps_m = before // len(self.diaries[vehicle.row].track.legs) * vehicle.lap_m
                 self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
         for vehicle in stay:
             if not vehicle.held:
@@ -315,7 +317,7 @@ class Driving:
         if vehicle.held and account.halted_s == inf:
             account.halted_s = now_s
             self.brakes.forget(vehicle)
-            self.used_stops.made(vehicle, self.diaries[vehicle.row].way)
+            self.used_stops.made(vehicle, self.diaries[vehicle.row].track)
             vehicle.halted = True
             self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
 
@@ -342,10 +344,10 @@ class Driving:
 
     def _hold_anew(self, vehicle: Vehicle) -> None:
         """Set the vehicle's stop again if SUMO, renewing the route, has put it off by a round."""
-        way = self.diaries[vehicle.row].way
-        renewed_on = way.renewed_on
-        if way.renews:
-            self._traffic.renew(vehicle.name, way.renews)
+        track = self.diaries[vehicle.row].track
+        renewed_on = track.renewed_on
+        if track.renews:
+            self._traffic.renew(vehicle.name, track.rounds[0].route)
         self.stops.renewed(vehicle)
         if not vehicle.held:
             self.steering.renew(vehicle, renewed_on)
@@ -355,6 +357,6 @@ class Driving:
         self.used_stops.renewed(vehicle)
 
 
-def _behind_m(way: Way) -> float:
+def _behind_m(track: Track) -> float:
     """Return where the place of a vehicle begins, counted from its front [m]; negative."""
-    return way.legs[way.position].begin_m - way.front_m
+    return track.legs[track.position].begin_m - track.front_m

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from loopgate.abstraction.track import Track
 from loopgate.control.diary import Diary
 from loopgate.control.layout import Drawings, Layout
 from loopgate.control.places import Leg
-from loopgate.control.way import Way
 
 
 class Paths:
@@ -23,16 +23,16 @@ class Paths:
         self.places = layout.places
         """The places, by name."""
 
-    def of(self, way: Way) -> list[Leg]:
+    def of(self, track: Track) -> list[Leg]:
         """Return the legs of a path; it is laid out when it is first asked for."""
-        if id(way.legs) not in self._laid:
-            self._laid[id(way.legs)] = way.legs, self._layout.path(way.legs)
-        return self._laid[id(way.legs)][1]
+        if id(track.legs) not in self._laid:
+            self._laid[id(track.legs)] = track.legs, self._layout.path(track.legs)
+        return self._laid[id(track.legs)][1]
 
-    def lay(self, ways: Iterable[Way]) -> None:
+    def lay(self, tracks: Iterable[Track]) -> None:
         """Lay paths out before vehicles come."""
-        for way in ways:
-            self.of(way)
+        for track in tracks:
+            self.of(track)
 
     def lay_more(
         self, slots: Mapping[str, int], ways: Mapping[str, Drawings], diaries: Sequence[Diary]
@@ -48,7 +48,7 @@ class Paths:
         diaries
             The diaries of the vehicles on the road.
         """
-        laid = {id(diary.path): (diary.path, ways[diary.way.loop]) for diary in diaries}
+        laid = {id(diary.path): (diary.path, ways[diary.track.loop]) for diary in diaries}
         self._layout.extend(slots, list(ways.values()), list(laid.values()))
         self._laid.clear()
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
+from loopgate.abstraction.track import Track
 from loopgate.control.diary import Diary
 from loopgate.control.places import Vehicle
-from loopgate.control.way import Way
 from loopgate.traffic.base import Traffic
 
 _MOST: Final = 10
@@ -26,9 +26,9 @@ class UsedStops:
         self._done: dict[Vehicle, int] = {}
         """On how many of the two edges SUMO has forgotten stops of a vehicle."""
 
-    def made(self, vehicle: Vehicle, way: Way) -> None:
+    def made(self, vehicle: Vehicle, track: Track) -> None:
         """Count a stop of a vehicle; SUMO makes a stop wherever a vehicle is held."""
-        if way.rounds:
+        if track.rounds:
             self._made[vehicle] = self._made.get(vehicle, 0) + 1
 
     def renewed(self, vehicle: Vehicle) -> None:
@@ -41,7 +41,7 @@ class UsedStops:
         for vehicle, done in list(self._done.items()):
             if vehicle.held or vehicle.steered:
                 continue  # SUMO would forget the stop ahead too
-            rounds = diaries[vehicle.row].way.rounds
+            rounds = diaries[vehicle.row].track.rounds
             edge, route, alone = rounds[done]
             if not self._traffic.forget_stops(vehicle.name, edge, route, alone):
                 continue

@@ -1,6 +1,6 @@
 """Reads the parts of a run and fits them together before SUMO starts."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -66,8 +66,6 @@ class Assembly:
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
         Warnings for the user about the vehicles and their loops.
-    unforeseen
-        The vehicles for which the time to clear a crossing cannot be predicted.
     wishes
         Weights of streets, and districts.
     departures
@@ -98,7 +96,6 @@ class Assembly:
     tracks: tuple[Track, ...]
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
-    unforeseen: frozenset[str] = frozenset()
     wishes: Wishes = Wishes()
     departures: tuple[Departure, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
@@ -185,7 +182,7 @@ def assemble(scenario: Scenario) -> Assembly:
     later = [v for v in later if v.id not in unstopping]
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
-    starts, tracks = _place(scenario, network, vehicles, abstraction)
+    starts, tracks = _place(scenario, network, vehicles, abstraction, peculiar)
     if abstraction is None or not scenario.gated:
         departures = tuple(departs_at_edge(vehicle) for vehicle in later)
     else:
@@ -208,7 +205,6 @@ def assemble(scenario: Scenario) -> Assembly:
             *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
         ),
-        unforeseen=frozenset(vehicle.id for vehicle in everybody if vehicle.type.id in peculiar),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=departures,
         stops=fitted_stops(scenario, [*vehicles, *later], abstraction),
@@ -296,10 +292,11 @@ def _place(
     network: RoadNetwork,
     vehicles: Sequence[VehicleDemand],
     abstraction: Abstraction | None,
+    peculiar: Container[str],
 ) -> tuple[list[VehicleStart], list[Track]]:
     """Return starts and paths of the vehicles that are there from the beginning.
 
-    Without a gate, the paths have no states.
+    Without a gate, the paths have no states. `peculiar`: types that cannot be foreseen.
     """
     starts, tracks = [], []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
@@ -311,7 +308,8 @@ def _place(
         starts.append(start_of(vehicle, front_m, lane))
         if not scenario.gated:
             way, position = Itinerary(vehicle.loop), 0
-        tracks.append(make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position))
+        track = make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position)
+        tracks.append(replace(track, foreseen=vehicle.type.id not in peculiar))
     return starts, tracks
 
 

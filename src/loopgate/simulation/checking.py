@@ -41,7 +41,7 @@ def audit_run(
             RobotId(one.track.vehicle),
             tuple(StateId(leg.state) for leg in ways[one.track.vehicle]),
             closed=one.start.loop.closed and one.start.vehicle not in turned,
-            start=one.track.start_position,
+            start=one.track.position,
         )
         for one in assembly.departures
         if one.track is not None and one.track.vehicle in departed
@@ -68,7 +68,7 @@ def _turned(
             RobotId(start.vehicle),
             tuple(StateId(leg.state) for leg in ways[start.vehicle]),
             closed=False,
-            start=track.start_position,
+            start=track.position,
         )
         for start, track in zip(assembly.starts, assembly.tracks, strict=True)
         if start.vehicle in turned and start.loop.closed

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats, Ints
 from loopgate.control.accounts import Account
 from loopgate.control.blocking import ahead, blockers, outside
@@ -16,7 +17,6 @@ from loopgate.control.driving import Driving
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import CHAIN
 from loopgate.control.slack import Slack
-from loopgate.control.way import Way
 from loopgate.errors import TrafficError
 from loopgate.gates import Gate
 from loopgate.results.histogram import Histogram
@@ -36,7 +36,7 @@ class Drive:
     ----------
     driving
         Drives the vehicles; it has none yet.
-    ways
+    tracks
         Paths of the vehicles that are there from the beginning.
     gate
         The gate whose promise holds; None while there are no vehicles.
@@ -56,13 +56,13 @@ class Drive:
         traffic: Traffic,
         recorder: Recorder,
         driving: Driving,
-        ways: Sequence[Way],
+        tracks: Sequence[Track],
         gate: Gate | None,
         slack: Slack | None = None,
         asked: AskedGate | None = None,
         by_messages: ByMessages | None = None,
     ) -> None:
-        self._traffic, self._recorder, self.driving, self._ways = traffic, recorder, driving, ways
+        self._traffic, self._recorder, self.driving, self._tracks = traffic, recorder, driving, tracks
         self._slack, self._asked, self._by_messages = slack, asked, by_messages
         self._ledger = driving.ledger
         if gate is not None:
@@ -129,12 +129,12 @@ class Drive:
         """
         self._traffic.step()
         on_road = set(self._traffic.vehicles())
-        missing = [way.vehicle for way in self._ways if way.vehicle not in on_road]
+        missing = [track.vehicle for track in self._tracks if track.vehicle not in on_road]
         if missing:
-            names = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")  # noqa: PLR2004  a sample
-            msg = f"SUMO could not insert {len(missing)} of {len(self._ways)} vehicles at the start: {names}"
+            every, names = len(self._tracks), ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")  # noqa: PLR2004  a sample
+            msg = f"SUMO could not insert {len(missing)} of {every} vehicles at the start: {names}"
             raise TrafficError(msg)
-        self.driving.take_in(self._ways)
+        self.driving.take_in(self._tracks)
 
     def step(self) -> None:
         """Advance SUMO by one step, and let the ledger act."""

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import inf
 
+from loopgate.abstraction.track import Track
 from loopgate.control.accounts import Account
 from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, Due
 from loopgate.control.departures import Departures as Rules
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
-from loopgate.control.way import Way
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
 from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.departures import Arrived, Departures
-from loopgate.simulation.leading import way_of
 from loopgate.traffic.base import Traffic
 
 
@@ -29,7 +28,7 @@ def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
                 network.edges[line.edge].lanes[line.lane].speed_mps if line.edge else inf for line in lines
             ]
             gap_m = float(one.start.type.min_gap_m)
-            found.append(Due(one.at_s, len(found), way_of(one.track), one.start.insertion, gap_m, limits))
+            found.append(Due(one.at_s, len(found), one.track, one.start.insertion, gap_m, limits))
     return found
 
 
@@ -54,7 +53,7 @@ class GatedDepartures(Departures):
         traffic: Traffic,
         driving: Driving,
         slots: int,
-        admits: Callable[[Way], bool] | None = None,
+        admits: Callable[[Track], bool] | None = None,
         *,
         crowding: Crowding = WITHOUT_LIGHTS,
     ) -> None:
@@ -65,9 +64,9 @@ class GatedDepartures(Departures):
         self._due, self._slots = due_of(network, departures), slots
         self._rules: Rules | None = None
         self.departed_s = driving.arrivals.departed_s
-        driving.paths.lay([one.way for one in self._due])
-        once = {id(one.way.legs): one.way for one in self._due if one.way.legs[-1].away}
-        self._passing = [driving.paths.of(way) for way in once.values()]
+        driving.paths.lay([one.track for one in self._due])
+        once = {id(one.track.legs): one.track for one in self._due if one.track.legs[-1].away}
+        self._passing = [driving.paths.of(track) for track in once.values()]
         driving.on_leaving = self._leaves
 
     @property
@@ -82,12 +81,12 @@ class GatedDepartures(Departures):
             self._rules = Rules(*rules, admits=self._admits, crowding=self._crowding)
         self._rules.look()
 
-    def _may_stay(self, way: Way) -> bool:
+    def _may_stay(self, track: Track) -> bool:
         """Return whether all vehicles, later trips too, can go on for ever with one more on a loop."""
         driving = self._driving
-        if way.legs[-1].away:
+        if track.legs[-1].away:
             return True
-        coming = [one for one in (*driving.arrivals.coming, way) if not one.legs[-1].away]
+        coming = [one for one in (*driving.arrivals.coming, track) if not one.legs[-1].away]
         number: dict[Place, int] = {}
         loops, passing = (
             [[number.setdefault(leg.place, len(number)) for leg in path] for path in paths]

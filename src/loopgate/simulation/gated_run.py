@@ -20,7 +20,6 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import chain, usual
 from loopgate.control.spacing import Ring, Spacing
-from loopgate.control.way import Way
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation
@@ -35,7 +34,7 @@ from loopgate.simulation.drive import Drive
 from loopgate.simulation.figures import Reports, StopFigures
 from loopgate.simulation.gated_departures import GatedDepartures
 from loopgate.simulation.joined_gate import NEVER_FULL, JoinedGate
-from loopgate.simulation.leading import Leading, way_of
+from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
@@ -187,7 +186,7 @@ def make_driving(
     return Laid(driving, surroundings, roads, asked, by_messages)
 
 
-def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Way], bool] | None:
+def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Track], bool] | None:
     """Return the function that admits later vehicles; None if condition (S) of the chain rule decides.
 
     `there`: number of vehicles at the beginning.
@@ -208,10 +207,9 @@ def open_gated(
     negotiation: Negotiation,
 ) -> Session:
     """Return a session in which the ledger drives gated vehicles; call `check` first."""
-    ways = [way_of(track, foreseen=track.vehicle not in assembly.unforeseen) for track in assembly.tracks]
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None
-    drive = Drive(traffic, recorder, driving, ways, gate, slack, laid.asked, laid.by_messages)
+    drive = Drive(traffic, recorder, driving, assembly.tracks, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
         room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
@@ -221,7 +219,7 @@ def open_gated(
             traffic,
             driving,
             room,
-            _admits(scenario, gate, laid, len(ways)),
+            _admits(scenario, gate, laid, len(assembly.tracks)),
             crowding=AT_LIGHTS if scenario.rule_for_lights == "obey" else WITHOUT_LIGHTS,
         )
         looks.append(departures.look)

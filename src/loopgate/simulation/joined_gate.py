@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from time import perf_counter
 from typing import Final
 
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
-from loopgate.control.way import Way
 from loopgate.errors import GateError
 from loopgate.gates import Gate, make_gate
 from loopgate.gates.certified.crowding import SPARE, find_crowd
@@ -46,16 +46,16 @@ class JoinedGate:
         if changes != self._changes:
             self._asked.go_by(*start_with(self._driving, (), self._spec))
 
-    def admits(self, way: Way) -> bool:
+    def admits(self, track: Track) -> bool:
         """Return whether the gate could keep its promise with one more vehicle."""
         try:
-            start_with(self._driving, [*self._driving.arrivals.coming, way], self._spec)
+            start_with(self._driving, [*self._driving.arrivals.coming, track], self._spec)
         except GateError:
             return False
         return True
 
 
-def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[System, Gate]:
+def start_with(driving: Driving, joining: Sequence[Track], spec: object) -> tuple[System, Gate]:
     """Return all vehicles as robots, with some that join them, and a gate made for these robots.
 
     Parameters
@@ -73,18 +73,18 @@ def start_with(driving: Driving, joining: Sequence[Way], spec: object) -> tuple[
     lines = {
         name: [one.name for one in place.line] for name, place in driving.paths.places.items() if place.line
     }
-    ways, at, left_m = dict[str, Way](), dict[str, int](), dict[str, float]()
+    tracks, at, left_m = dict[str, Track](), dict[str, int](), dict[str, float]()
     for name, vehicle in driving.ledger.vehicles.items():
-        ways[name], at[name] = driving.diaries[vehicle.row].way, vehicle.leg.number
+        tracks[name], at[name] = driving.diaries[vehicle.row].track, vehicle.leg.number
         left_m[name] = vehicle.left_m()
-    for way in joining:
-        leg = way.legs[way.position]
-        ways[way.vehicle], at[way.vehicle] = way, way.position
-        left_m[way.vehicle] = leg.end_m - way.front_m
+    for track in joining:
+        leg = track.legs[track.position]
+        tracks[track.vehicle], at[track.vehicle] = track, track.position
+        left_m[track.vehicle] = leg.end_m - track.front_m
         line = lines.setdefault(str(leg.state), [])
-        line.insert(sum(left_m[other] <= left_m[way.vehicle] for other in line), way.vehicle)
-    names = dict.fromkeys([*(name for line in lines.values() for name in line), *ways])
-    robots = [Robot(RobotId(n), tuple(leg.state for leg in ways[n].legs), start=at[n]) for n in names]
+        line.insert(sum(left_m[other] <= left_m[track.vehicle] for other in line), track.vehicle)
+    names = dict.fromkeys([*(name for line in lines.values() for name in line), *tracks])
+    robots = [Robot(RobotId(n), tuple(leg.state for leg in tracks[n].legs), start=at[n]) for n in names]
     there = Counter(robot.path[robot.start] for robot in robots)
     slots = {state: driving.paths.places[state].slots for robot in robots for state in robot.path}
     everybody = len(robots) + SPARE

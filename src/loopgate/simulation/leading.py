@@ -15,27 +15,7 @@ from loopgate.control.driving import Driving
 from loopgate.control.leading import wait_again, wait_for_nothing
 from loopgate.control.places import Make, Vehicle
 from loopgate.control.rules import chain
-from loopgate.control.way import Way
 from loopgate.traffic.base import Dynamics, Traffic
-
-
-def way_of(track: Track, *, foreseen: bool = True) -> Way:
-    """Return a path as the ledger takes it; `foreseen` as in `Way`."""
-    return Way(
-        vehicle=track.vehicle,
-        loop=track.loop,
-        lap_m=float(track.lap_m),
-        top=float(track.top_speed_mps),
-        legs=track.legs,
-        edges=track.edges,
-        position=track.start_position,
-        front_m=float(track.front_m),
-        renewed_on=track.rerouted_on,
-        renews=track.rounds[0].route if track.renews and track.rounds else "",
-        keeps_lane=track.keeps_lane,
-        foreseen=foreseen,
-        rounds=track.rounds,
-    )
 
 
 class LedVehicle:
@@ -163,7 +143,7 @@ class Leading:
         tracks = list(tracks)
         self._tracks = {track.vehicle: track for track in tracks}
         self._laid = {id(track.legs) for track in tracks}
-        driving.paths.lay([way_of(track) for track in tracks])
+        driving.paths.lay(tracks)
         self._known: dict[str, LedVehicle] = {}
         self._seen = -1
         self._withheld: AbstractSet[str] = frozenset()
@@ -240,10 +220,10 @@ class Leading:
         if chain not in self._ledger.rules:
             return False  # another gate is made for the paths at its start
         led = self.driver_of[vehicle]
-        track = replace(track, vehicle=vehicle, start_position=position)
+        track = replace(track, vehicle=vehicle, position=position)
         begins = [begin_m for begin_m, _ in track.edges]
         here = bisect_left(begins, track.legs[position].end_m) - 1
-        if not self._driving.turn_off(led.vehicle, way_of(track), track.onward(here)):
+        if not self._driving.turn_off(led.vehicle, track, track.onward(here)):
             return False
         led.track = track
         return True

@@ -49,7 +49,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     vehicles: dict[str, VehicleBody] = {}
     ways = [*abstraction.itineraries[: len(assembly.starts)], *abstraction.later[: len(assembly.departures)]]
     positions = [robot.start for robot in system.robots[: len(assembly.starts)]]
-    positions += [one.track.start_position if one.track else 0 for one in assembly.departures]
+    positions += [one.track.position if one.track else 0 for one in assembly.departures]
     for start, itinerary, position in zip(assembly.everybody, ways, positions, strict=True):
         kind = start.type
         vehicles[start.vehicle] = VehicleBody(

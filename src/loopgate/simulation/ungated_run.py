@@ -21,7 +21,7 @@ from loopgate.simulation.drive import Drive
 from loopgate.simulation.figures import StopFigures
 from loopgate.simulation.gated_run import spacing_of
 from loopgate.simulation.joined_gate import NEVER_FULL
-from loopgate.simulation.leading import Leading, way_of
+from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session
@@ -32,7 +32,7 @@ def alone(track: Track) -> Track:
     """Return a path without requests: one endless leg in a place of the vehicle's own."""
     front_m = track.front_m
     leg = Leg(StateId(track.vehicle), front_m, front_m + track.lap_m)
-    return replace(track, legs=(leg,), start_position=0, start_m=front_m)
+    return replace(track, legs=(leg,), position=0, start_m=front_m)
 
 
 class UngatedDepartures(Departures):
@@ -71,7 +71,7 @@ class UngatedDepartures(Departures):
             tracks.append(alone(make_track(self._network, way, vehicle=vehicle, front_m=at_m)))
         if tracks:
             self._leading.know(tracks)
-            self._driving.welcome([way_of(track) for track in tracks])
+            self._driving.welcome(tracks)
 
 
 def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder) -> Session:
@@ -84,7 +84,7 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
         spacing=spacing_of(scenario, assembly, traffic),
     )
     tracks = [alone(track) for track in assembly.tracks]
-    drive = Drive(traffic, recorder, driving, [way_of(track) for track in tracks], None)
+    drive = Drive(traffic, recorder, driving, tracks, None)
     leading = Leading(traffic, driving, tracks)
     stops = StopFigures(driving)
     departures, looks = Departures(()), list[Callable[[], None]]()

@@ -5,11 +5,11 @@ from __future__ import annotations
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
-from loopgate.control.way import Way
 from loopgate.model import StateId
 from loopgate.network.loop import LanePosition
 from loopgate.traffic.base import Insertion
@@ -52,18 +52,18 @@ def test_of_two_that_would_close_a_circle_together_one_waits() -> None:
     """With one more vehicle in each of two places of two slots, all would wait."""
     traffic = Comers()
     driving = Driving(traffic, Layout({"a": 2, "b": 2}, [LEGS]), Ledger(usual()))
-    ways = [
-        Way(f"v{k}", "ab", 100.0, 10.0, LEGS, ((0.0, "a"), (50.0, "b")), k % 2, 50.0 * (k % 2) + at_m, "")
+    tracks = [
+        Track(f"v{k}", "ab", 100.0, 50.0 * (k % 2) + at_m, 10.0, (), ((0.0, "a"), (50.0, "b")), LEGS, k % 2)
         for k, at_m in enumerate((40.0, 40.0, 10.0, 10.0))
     ]
-    for way in ways[:2]:
-        traffic.put_in(way.vehicle, Insertion("ab", "car", 0, way.front_m))
+    for track in tracks[:2]:
+        traffic.put_in(track.vehicle, Insertion("ab", "car", 0, track.front_m))
     traffic.step()
-    driving.take_in(ways[:2])
-    for way in ways[2:]:
-        assert driving.ledger.fits(driving.paths.of(way)[way.position])
-        assert driving.arrivals.let_in(way, Insertion("ab", "car", 0, way.front_m))
+    driving.take_in(tracks[:2])
+    for track in tracks[2:]:
+        assert driving.ledger.fits(driving.paths.of(track)[track.position])
+        assert driving.arrivals.let_in(track, Insertion("ab", "car", 0, track.front_m))
     driving.step()
     assert list(driving.arrivals.departed_s) == ["v2"]
-    assert driving.arrivals.missed == ways[3:]
+    assert driving.arrivals.missed == tracks[3:]
     assert set(traffic.fleet) == {"v0", "v1", "v2"}

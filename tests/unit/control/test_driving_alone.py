@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
-from shared_road import LAP_M, SharedRoad, vehicle_at, way_of
+from shared_road import LAP_M, SharedRoad, track_of, vehicle_at
 
 from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Round, Track
 from loopgate.control import used_stops
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
-from loopgate.control.way import Way
 from loopgate.errors import TrafficError
 from loopgate.model import StateId
 from loopgate.network.loop import LanePosition
@@ -93,19 +93,19 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_place_after() -
     states = {"x": ("p", "rx"), "y": ("p", "qy")}
     starts_m = {"x": 198.0, "y": 398.0}
     ways = [
-        Way(
+        Track(
             vehicle=name,
             loop=name,
             lap_m=400.0,
-            top=10.0,
+            top_speed_mps=10.0,
             legs=(
                 Leg(StateId(first), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
                 Leg(StateId(second), 200.0, 399.0, line=LanePosition(f"{name}q", 0, 199.0)),
             ),
             edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
             position=0 if name == "x" else 1,
-            front_m=starts_m[name],
-            renewed_on=f"{name}p",
+            start_m=starts_m[name],
+            rounds=(Round(f"{name}p", "round", "first"),),
         )
         for name, (first, second) in states.items()
     ]
@@ -196,14 +196,16 @@ def test_a_vehicle_that_leaves_gives_its_slot_to_one_that_waits() -> None:
 def test_a_vehicle_that_comes_is_held_and_then_let_go() -> None:
     """It begins at rest at the end of its place, and holds that alone; its laps count from there."""
     road = SharedRoad(120.0)
-    way = way_of("v1", 125.0)
+    way = track_of("v1", 125.0)
     road.driving.paths.lay_more(
-        {"pv0": 1, "pv1": 1, "s": 1}, {one.loop: one.legs for one in (*road.ways, way)}, road.driving.diaries
+        {"pv0": 1, "pv1": 1, "s": 1},
+        {one.loop: one.legs for one in (*road.tracks, way)},
+        road.driving.diaries,
     )
     road.traffic.fleet["v1"] = vehicle_at("v1", 125.0)
     road.traffic.hold("v1", "v1p", 0, 199.0)
     road.drive(20.0)
-    road.driving.welcome([replace(way, front_m=road.traffic.fleet["v1"].front_m)])
+    road.driving.welcome([replace(way, start_m=road.traffic.fleet["v1"].front_m)])
     road.ledger.vehicles["v1"].held = True
     assert "v1" in road.traffic.gated
     assert ("v1", "start", "pv1") in {row[1:4] for row in road.driving.rows}
@@ -226,7 +228,7 @@ def test_after_the_last_vehicle_has_left_the_counts_stay() -> None:
 def test_a_vehicle_that_comes_is_in_line_by_where_it_is() -> None:
     """Behind those before it on the road, before those behind it."""
     ways = [
-        replace(way_of("v0", front_m, own="pv0"), vehicle=f"w{k}")
+        replace(track_of("v0", front_m, own="pv0"), vehicle=f"w{k}")
         for k, front_m in enumerate((100.0, 50.0, 150.0, 75.0))
     ]
     traffic = FakeTraffic({way.vehicle: vehicle_at("v0", way.front_m) for way in ways})
@@ -255,7 +257,7 @@ def test_used_stops_are_forgotten_on_two_edges_of_a_round(
         return True
 
     monkeypatch.setattr(FakeTraffic, "forget_stops", forget)
-    road = SharedRoad(120.0, 125.0, rounds=True)
+    road = SharedRoad(120.0, 125.0)
     road.drive(900.0)
     assert len(road.rows("hold")) == 1
     assert forgotten == [("v1", edge) for edge in edges]
@@ -264,7 +266,7 @@ def test_used_stops_are_forgotten_on_two_edges_of_a_round(
 def changed_every(seconds: float) -> SharedRoad:
     """Drive four vehicles while ways are drawn anew, and ways are added, every so many seconds."""
     road = SharedRoad(120.0, 125.0, 60.0, 10.0)
-    ways = {way.loop: way.legs for way in road.ways}
+    ways = {way.loop: way.legs for way in road.tracks}
     while road.traffic.now_s < 600.0:
         road.driving.step()
         if road.traffic.now_s % seconds == 0:
@@ -297,7 +299,7 @@ def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise(
     *, foreseen: bool, gives_way: bool, known: bool
 ) -> None:
     """They may stand on a junction for ordinary traffic; and the caller knows the vehicle types."""
-    way = replace(way_of("v0", 10.0), foreseen=foreseen)
+    way = replace(track_of("v0", 10.0), foreseen=foreseen)
     traffic = FakeTraffic({"v0": vehicle_at("v0", 10.0)})
     traffic.gives_way = gives_way
     slots: dict[str, int] = {leg.state: 1 for leg in way.legs}

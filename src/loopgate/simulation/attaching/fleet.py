@@ -25,7 +25,7 @@ from loopgate.simulation.asked_gate import Deciding
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.joined_gate import start_with
-from loopgate.simulation.leading import Leading, LedVehicle, way_of
+from loopgate.simulation.leading import Leading, LedVehicle
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
@@ -121,18 +121,18 @@ class Fleet:
 
         Call `answer` afterwards. `beyond`: how many vehicles more than its slots a place may hold.
         """
-        come = Counter(track.legs[track.start_position].state for track in tracks)
-        places, ways = self._driving.paths.places, [way_of(track) for track in tracks]
+        come = Counter(track.legs[track.position].state for track in tracks)
+        places = self._driving.paths.places
         for name, number in come.items():
             if len(places[name].bodies) + number > places[name].slots + beyond:
                 return False
         try:
-            made = start_with(self._driving, ways, self._gate)
+            made = start_with(self._driving, tracks, self._gate)
         except GateError:
             return False
         self.changes += 1
         self.leads.know(tracks)
-        self._driving.welcome(ways, beyond)
+        self._driving.welcome(tracks, beyond)
         for track in tracks:
             self._ledger.vehicles[track.vehicle].held = True
         self._go_by(*made)

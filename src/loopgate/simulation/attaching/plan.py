@@ -55,7 +55,7 @@ class Plan:
     def track(self, vehicle: str, loop: str, *, front_m: float, position: int) -> Track:
         """Return the path of a vehicle from a position on its loop."""
         known = self._tracks[loop]
-        return replace(known, vehicle=vehicle, start_m=front_m, start_position=position, renews=True)
+        return replace(known, vehicle=vehicle, start_m=front_m, position=position, renews=True)
 
     def goes_on_with(self, earlier: Plan) -> bool:
         """Return whether vehicles under an earlier plan can follow this plan without joining anew.
