@@ -209,6 +209,7 @@ def open_gated(
     """Return a session in which the ledger drives gated vehicles; call `check` first."""
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
     driving, slack = laid.driving, laid.roads.slack if laid.roads else None
+    driving.paths.lay(assembly.tracks)
     drive = Drive(traffic, recorder, driving, assembly.tracks, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
