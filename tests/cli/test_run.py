@@ -29,6 +29,29 @@ def test_a_run_prints_a_table_and_exits_with_0(tmp_path: Path) -> None:
         assert word in done.stdout
 
 
+def test_a_run_loads_only_what_it_needs(tmp_path: Path) -> None:
+    """Half a second for numba, as much for scipy's rooms; it compiles nothing and draws nothing."""
+    code = (
+        "import sys\nfrom loopgate.cli.main import cli\ncli(sys.argv[1:], standalone_mode=False)\n"
+        "heavy = 'numba networkx scipy.sparse scipy.spatial scipy.optimize matplotlib altair'.split()\n"
+        "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
+    )
+    words = (
+        "run",
+        str(GRID),
+        "--loops",
+        "3",
+        "--vehicles",
+        "10",
+        "--duration",
+        "5",
+        "-o",
+        str(tmp_path / "out"),
+    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+    assert done.stderr.endswith("[]\n"), done.stderr
+
+
 def test_json_is_only_json(tmp_path: Path) -> None:
     """For machines: the summary on stdout, nothing else."""
     done = loopgate(

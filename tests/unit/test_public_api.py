@@ -53,10 +53,3 @@ def test_help_of_each_name_can_be_read(name: str) -> None:
     first = (getattr(loopgate, name).__doc__ or "").partition("\n")[0]
     assert first.endswith(".")
     assert len(first.split()) > 3
-
-
-def test_a_run_starts_without_the_compiler_of_the_covering_search() -> None:
-    """Numba takes half a second to load; a run compiles nothing."""
-    code = "import loopgate.simulation.run, sys; print('numba' in sys.modules)"
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert told.stdout.strip() == "False"

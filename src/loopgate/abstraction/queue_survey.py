@@ -4,8 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import maximum_flow
+import scipy
 
 from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
@@ -295,8 +294,10 @@ def _even(itineraries: Sequence[Itinerary], at_start: Mapping[str, int]) -> int:
     def fits(vehicles: int) -> bool:
         entries = [(source, k, (vehicles + count - 1 - k) // count) for k in range(count)]
         rows, columns, room = zip(*entries, *((a, b, vehicles) for a, b in ways), *exits, strict=True)
-        graph = csr_array((np.array(room, dtype=np.int32), (rows, columns)), shape=(sink + 1, sink + 1))
-        return int(maximum_flow(graph, source, sink).flow_value) == vehicles
+        graph = scipy.sparse.csr_array(
+            (np.array(room, dtype=np.int32), (rows, columns)), shape=(sink + 1, sink + 1)
+        )
+        return int(scipy.sparse.csgraph.maximum_flow(graph, source, sink).flow_value) == vehicles
 
     low, high = 0, sum(at_start.values()) if count else 0
     while low < high:

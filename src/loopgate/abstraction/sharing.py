@@ -3,8 +3,6 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from networkx.utils import UnionFind
-
 from loopgate.abstraction.segments import DEFAULT_RHO_M, needed_length_m
 from loopgate.abstraction.zones import ZoneVisit, cover
 from loopgate.network.contacts import lane_contacts
@@ -106,6 +104,8 @@ class SharingBound:
         visits = [ZoneVisit(begin, end, k) for k, (begin, end) in enumerate(sorted(set(stretches)))]
         if not visits:
             return 0.0
+        from networkx.utils import UnionFind  # noqa: PLC0415  most runs do without it
+
         grown = cover(loop, visits, self._need_m, UnionFind(range(len(visits))))
         return sum(visit.length_m for visit in grown) / loop.length_m
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from networkx.utils import UnionFind
 
 from loopgate.abstraction.collision_segments import CollisionSegments
 from loopgate.errors import RouteError
 from loopgate.network.contacts import merge_intervals
 from loopgate.network.loop import Loop
+
+if TYPE_CHECKING:
+    from networkx.utils import UnionFind
 
 _TOUCH_M = 1e-6
 
@@ -117,6 +120,8 @@ def _overlaps(
     loops: Sequence[Loop], segments: CollisionSegments
 ) -> tuple[UnionFind[int], list[tuple[ZoneVisit, ...]]]:
     """Unite segments that overlap on one path, and the segments of each pair."""
+    from networkx.utils import UnionFind  # noqa: PLC0415  most runs do without it
+
     # A negative distance: segments that merely touch, being related to different robots, stay two.
     row, begin, end, path = merge_intervals(
         segments.path, segments.begin_m, segments.end_m, join=-2.0 * _TOUCH_M

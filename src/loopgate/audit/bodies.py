@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+import scipy
 import shapely
-from scipy.spatial import cKDTree
 
 from loopgate.arrays import Floats, Ints
 from loopgate.audit.layout import Layout, LoopWay
@@ -50,7 +50,7 @@ def overlapping(positions: Positions, length_m: Floats, width_m: Floats, bent: M
     half = np.stack((length_m, width_m), axis=1) / 2 - _ROUNDING_M
     _, step = np.unique(positions.time_s, return_inverse=True)
     reach = 2.0 * float(np.hypot(half[:, 0], half[:, 1]).max(initial=0.0))
-    tree = cKDTree(np.column_stack((centre, step[row] * _STEPS_APART_M)))
+    tree = scipy.spatial.cKDTree(np.column_stack((centre, step[row] * _STEPS_APART_M)))
     pairs = tree.query_pairs(reach, output_type="ndarray").astype(np.int64)
     pairs = pairs[row[pairs[:, 0]] != row[pairs[:, 1]]]
     if not len(pairs):

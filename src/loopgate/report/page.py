@@ -29,8 +29,7 @@ from loopgate.report.headline_table import caption, headline_table, write_headli
 from loopgate.report.items import FigureItem, Section, TableItem
 from loopgate.report.methods import methods
 from loopgate.report.tables import cells, write_csv, write_latex
-from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET, STATUS, STATUS_FAILED
-from loopgate.results.table_reading import STRANGE
+from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET, STATUS, STATUS_FAILED, STRANGE
 from loopgate.runs.results import Results
 from loopgate.versions import versions
 

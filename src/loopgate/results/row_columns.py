@@ -5,6 +5,9 @@ from typing import Final
 
 from loopgate.results import columns as run
 
+STRANGE = "it holds what no run has, or another version made it"
+"""Is said of results that can be read, but whose figures do not fit together."""
+
 HELD = dict[str, str]()
 """What each column of the table holds, in Arrow's words, by its name."""
 

@@ -5,8 +5,7 @@ from typing import Any
 
 from loopgate.errors import ResultsError
 from loopgate.reading import counted, refusing
-from loopgate.results.row_columns import NOT_GATED
-from loopgate.results.table_reading import STRANGE
+from loopgate.results.row_columns import NOT_GATED, STRANGE
 
 _DISTRICTS = 10
 

@@ -20,9 +20,6 @@ from loopgate.results import row_columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.versions import versions
 
-STRANGE = "it holds what no run has, or another version made it"
-"""Is said of results that can be read, but whose figures do not fit together."""
-
 NO_PARQUET = "not a readable Parquet file"
 
 _NEEDED = (

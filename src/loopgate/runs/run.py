@@ -26,9 +26,10 @@ from loopgate.reading import as_path, read_object, read_toml, refusing
 from loopgate.replay import Replay, make_replay
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.row_columns import STRANGE
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.summary_rows import summary_rows
-from loopgate.results.table_reading import STRANGE, maker, read_table
+from loopgate.results.table_reading import maker, read_table
 
 
 @dataclass(frozen=True, slots=True, eq=False)

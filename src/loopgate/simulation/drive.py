@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from math import inf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,8 +22,10 @@ from loopgate.gates import Gate
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.asked_gate import AskedGate
-from loopgate.simulation.by_messages.answering import STAGE, ByMessages
 from loopgate.traffic.base import Traffic
+
+if TYPE_CHECKING:
+    from loopgate.simulation.by_messages.answering import ByMessages
 
 
 class Drive:
@@ -84,7 +86,7 @@ class Drive:
     def decision_us(self) -> Mapping[str, Histogram]:
         """Times of the decisions by stage [us]; a decision counts with the mean of its step."""
         if self._by_messages:
-            return {STAGE: self._times}
+            return {self._by_messages.stage: self._times}
         by_chain = {CHAIN: self._times} if self._asked is None or self._times.count else {}
         return by_chain | (self._asked.times if self._asked else {})
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -27,7 +27,6 @@ from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.asked_gate import AskedGate, Deciding, by_chain
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.by_messages.answering import ByMessages, let_vehicles_decide
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures
 from loopgate.simulation.drive import Drive
@@ -42,6 +41,9 @@ from loopgate.simulation.session import Session
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.traffic.base import Traffic
+
+if TYPE_CHECKING:
+    from loopgate.simulation.by_messages.answering import ByMessages
 
 
 def check(scenario: Scenario, assembly: Assembly) -> None:
@@ -156,6 +158,10 @@ def make_driving(
     outside += [among(roads.sight, roads.slack)] if roads else []
     deciding, air, by_messages = None, scenario.by_messages, None
     if air is not None:
+        from loopgate.simulation.by_messages.answering import (  # noqa: PLC0415  most runs do without it
+            let_vehicles_decide,
+        )
+
         ledger = Ledger(usual(outside), everybody=everybody, step_s=scenario.step_s)
         asked = None if by_chain(gate) else AskedGate(abstraction.system, gate)
         by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate, asked)

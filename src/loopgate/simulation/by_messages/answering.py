@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import Any
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.control.chain import closes
@@ -21,10 +21,7 @@ from loopgate.simulation.by_messages.on_segments import DecisionsOnSegments
 from loopgate.simulation.by_messages.sides import far_side
 from loopgate.vehicles.air import AirSettings
 
-__all__ = ["STAGE", "ByMessages", "let_vehicles_decide"]
-
-STAGE: Final = "posts"
-"""Name of the stage that decides, in events and figures."""
+__all__ = ["ByMessages", "let_vehicles_decide"]
 
 
 class ByMessages:
@@ -38,7 +35,14 @@ class ByMessages:
         The vehicles; all are in the ledger when it answers for the first time.
     itineraries
         The paths of the vehicles on the road.
+
+    Attributes
+    ----------
+    stage
+        Name of the stage that decides, in events and figures.
     """
+
+    stage = "posts"
 
     def __init__(
         self,
@@ -52,7 +56,7 @@ class ByMessages:
         self._begun = False
         self._first = True
         ledger.look, ledger.decide = self._look, self._decide
-        ledger.stage_of = lambda _: STAGE
+        ledger.stage_of = lambda _: self.stage
 
     @property
     def sent(self) -> int:

@@ -8,8 +8,7 @@ from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-
-import networkx as nx
+from typing import TYPE_CHECKING
 
 from loopgate.abstraction.track import pivot
 from loopgate.errors import RefusedLoopError, RouteError
@@ -18,6 +17,9 @@ from loopgate.network.incidents import Incidents
 from loopgate.network.stops import Stop
 from loopgate.reading import counted, listed
 from loopgate.simulation.demand.once import find_unfit
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 LONG_STOP_S = 300.0
 """Vehicles are led round a vehicle that stops on the road for longer than this [s]."""
@@ -42,6 +44,8 @@ class Detours:
     """
 
     def __init__(self, network: RoadNetwork, vclass: str) -> None:
+        import networkx as nx  # noqa: PLC0415  most runs do without it
+
         self._network, self._vclass = network, vclass
         self._graph: nx.DiGraph[str] = nx.DiGraph()
         for c in network.connections:
@@ -96,6 +100,8 @@ class Detours:
         self, roads: nx.DiGraph[str], edges: tuple[str, ...], avoided: AbstractSet[str]
     ) -> tuple[str, ...] | None:
         """Return the edges of a loop without the first of the edges to avoid."""
+        import networkx as nx  # noqa: PLC0415  as above
+
         count = len(edges)
         after = (k for k in range(count) if edges[k] not in avoided and edges[k - 1] in avoided)
         first = next(after, None)
