@@ -22,11 +22,12 @@ from throughput_city import CITIES
 from throughput_study import RULE, WARMUP_S, Study, markdown, parser, with_half, write_section
 
 from loopgate.cli.progress import show_progress
+from loopgate.control.start import VehicleStart
 from loopgate.network import write_loops
 from loopgate.results import row_columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import VehicleStart, write_sumo_input
+from loopgate.simulation.sumo.input import write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 
 

@@ -34,6 +34,7 @@ from loopgate.control import ledger as heart
 from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
 from loopgate.control.driving import Driving
+from loopgate.control.start import VehicleStart
 from loopgate.gates import make_gate
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import RoadNetwork
@@ -41,11 +42,11 @@ from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.gated_departures import due_of
+from loopgate.simulation.gated_departures import limits_of
 from loopgate.simulation.gated_run import make_driving, slots_of
 from loopgate.simulation.joined_gate import NEVER_FULL
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import VehicleStart, write_ordinary, write_sumo_input
+from loopgate.simulation.sumo.input import write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic
 from loopgate.traffic.base import Traffic
 
@@ -165,7 +166,6 @@ def drive(
         So often a vehicle leaves and another comes in [s]; half of them are outside at the beginning. Never
         by default.
     """
-    later = [one.track for one in assembly.departures if one.track]
     system = cast("Abstraction", assembly.abstraction).system
     collisions: set[tuple[str, str]] = set()
     left: list[tuple[Account, str]] = []
@@ -187,10 +187,12 @@ def drive(
             driving = make_driving(scenario, assembly, traffic, gate, orders, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
             driving.on_leaving = lambda account, why: left.append((account, why))
-            driving.paths.lay(later)
+            driving.paths.lay(one.track for one in assembly.departures)
             driving.take_in(assembly.tracks[: len(here)])
             room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
-            departures = Departures(traffic, driving, due_of(assembly.network, assembly.departures), room)
+            due = assembly.departures
+            limits = limits_of(assembly.network, due)
+            departures = Departures(traffic, driving, due, room, limits)
             turnover = Turnover(
                 traffic, driving, list(assembly.tracks[len(here) :]), assembly.starts, turnover_s
             )
@@ -215,7 +217,7 @@ def drive(
     laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
     return Driven(
         events=events,
-        findings=[] if turnover_s or later else audit_events(events, system, laps=laps),
+        findings=[] if turnover_s or assembly.departures else audit_events(events, system, laps=laps),
         km=driving.accounts.take_flow()[2] / 1000.0,
         longest_s=max([*waits, *(one.worst_wait_s(ledger.now_s) for one, _ in left)]),
         collisions=len(collisions),

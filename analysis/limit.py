@@ -129,7 +129,9 @@ def alone_mps(scenario: Scenario) -> dict[str, float]:
     for start in assembly.starts:
         if start.loop.id not in found:
             kind = replace(start.type, attributes={**start.type.attributes, "speedDev": "0"})
-            km = one_km(scenario, assembly.network.file, replace(start, type=kind))
+            km = one_km(
+                scenario, assembly.network.file, replace(start, demand=replace(start.demand, type=kind))
+            )
             found[start.loop.id] = km * 1000 / scenario.duration_s
     return found
 

@@ -90,10 +90,10 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         self.render_mode = None
         assembly = assemble(scenario)
         if assembly.departures:
+            first = assembly.departures[0]
             msg = (
-                f"env: vehicle {assembly.departures[0].start.vehicle} departs at "
-                f"{assembly.departures[0].at_s:g} s; here all agents are there from the beginning: let all "
-                f"depart at 0"
+                f"env: vehicle {first.vehicle} departs at {first.demand.depart_s:g} s; here all agents are "
+                f"there from the beginning: let all depart at 0"
             )
             raise ScenarioError(msg)
         self.possible_agents = [start.vehicle for start in assembly.starts]

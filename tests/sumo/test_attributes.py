@@ -11,12 +11,14 @@ from xml.etree import ElementTree as ET
 import pytest
 import sumo
 
+from loopgate.abstraction.track import Track, rounds
+from loopgate.control.start import VehicleStart
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.routes_file import read_loops
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.settings import check_types
-from loopgate.simulation.sumo.input import VehicleStart, write_sumo_input
+from loopgate.simulation.sumo.input import write_sumo_input
 
 pytestmark = pytest.mark.sumo
 
@@ -181,7 +183,8 @@ def _sumo_is_told(folder: Path, element: str, name: str, value: str, routes: Rou
     vehicle, loop = routes.vehicles[0], routes.loops[0]
     if element == "stop":
         return (name, value) in vehicle.stops[0].told
-    start = VehicleStart(vehicle.id, loop, 20.0, vehicle.type, None, vehicle.attributes, vehicle.parameters)
+    track = Track(vehicle.id, loop.id, loop.lap_m, 20.0, 10.0, rounds(loop), ())
+    start = VehicleStart(vehicle, track)
     write_sumo_input([start], folder)
     top = ET.parse(folder / "vehicles.add.xml").getroot()
     (found,) = top.iter(element if element == "vType" else "vehicle")

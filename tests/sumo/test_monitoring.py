@@ -67,7 +67,7 @@ def test_starts_are_even_and_more_vehicles_go_where_laps_are_long() -> None:
     made = assemble(Scenario(network=GRID, loops=3, vehicles=10, starts="even"))
     fronts: dict[str, list[float]] = {loop.id: [] for loop in made.loops}
     for start in made.starts:
-        fronts[start.loop.id].append(start.front_m)
+        fronts[start.loop.id].append(start.track.start_m)
     metres = {loop.id: loop.length_m for loop in made.loops}
     spacing = {loop: metres[loop] / len(at) for loop, at in fronts.items()}
     fewer = [metres[loop] / (len(at) - 1) for loop, at in fronts.items() if len(at) > 1]

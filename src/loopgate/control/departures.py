@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from bisect import insort
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.places import Leg, Place
+from loopgate.control.start import VehicleStart
 from loopgate.gates.base import Reason
-from loopgate.traffic.base import Insertion, Traffic
+from loopgate.traffic.base import Traffic
 
 _AGAIN_S: Final = 1.0
 """A vehicle that could not depart is tried again after this time [s]."""
@@ -64,32 +65,6 @@ On a grid of avenues with as many trips as SUMO's lights can take, 1165 of 1800 
 if crowded paths stop no departure. With the shares above, 1349 arrive, but in a town 5 to 10 % fewer."""
 
 
-@dataclass(frozen=True, slots=True)
-class Due:
-    """A vehicle that is to depart.
-
-    `at_s`: when it wants to depart [s]. `turn`: its number in the order of departures. `gap_m`: the gap that
-    it keeps [m]. `limits`: the speed limit on each leg of its path [m/s].
-    """
-
-    at_s: float
-    turn: int
-    track: Track
-    insertion: Insertion
-    gap_m: float
-    limits: Sequence[float]
-
-    @property
-    def again(self) -> bool:
-        """Whether the vehicle drives a loop."""
-        return not self.track.legs[-1].away
-
-    @property
-    def place(self) -> str:
-        """The place in which the vehicle departs."""
-        return str(self.track.legs[self.track.position].state)
-
-
 class Departures:
     """Lets vehicles depart, one at a time in each place; call `look` after each step.
 
@@ -101,6 +76,8 @@ class Departures:
         The vehicles, in the order in which they want to depart.
     slots
         Number of slots of all places.
+    limits
+        The speed limit of each place on the road, by name [m/s].
     admits
         Returns whether every vehicle can still go on for ever with one more on a path.
     crowding
@@ -111,21 +88,23 @@ class Departures:
         self,
         traffic: Traffic,
         driving: Driving,
-        due: Sequence[Due],
+        due: Sequence[VehicleStart],
         slots: int,
+        limits: Mapping[str, float],
         admits: Callable[[Track], bool] = lambda _: True,
         *,
         crowding: Crowding = WITHOUT_LIGHTS,
     ) -> None:
         self._crowding = crowding
         self._traffic, self._driving, self._admits = traffic, driving, admits
-        self._coming = deque(due)
-        self._by_name = {one.track.vehicle: one for one in due}
-        self._outside: dict[tuple[str, bool], list[Due]] = {}
+        self._coming, self._limits = deque(due), limits
+        self._by_name = {one.vehicle: one for one in due}
+        self._turn = {one.vehicle: number for number, one in enumerate(due)}
+        self._outside: dict[tuple[str, bool], list[VehicleStart]] = {}
         self._tried_s: dict[str, float] = {}
         self._others = 0
         """Departures since a vehicle departed because it had waited longest."""
-        loops = any(one.again for one in due) or bool(driving.ledger.vehicles)
+        loops = any(one.loop.closed for one in due) or bool(driving.ledger.vehicles)
         self._least = max(1.0, _AT_LEAST * slots * loops)
         """While fewer vehicles that drive once are on the road, crowded paths stop no departure."""
 
@@ -134,16 +113,16 @@ class Departures:
         now_s, driving = self._traffic.now_s, self._driving
         for track in driving.arrivals.missed:
             self._wait(self._by_name[track.vehicle])
-        while self._coming and self._coming[0].at_s <= now_s:
+        while self._coming and self._coming[0].demand.depart_s <= now_s:
             self._wait(self._coming.popleft())
-        first = sorted((line[0] for line in self._outside.values() if line), key=lambda one: one.turn)
-        longest = (
-            first[0] if first and self._others >= _IN_TURN and now_s >= first[0].at_s + _LONG_S else None
-        )
+        first = sorted((line[0] for line in self._outside.values() if line), key=self._turn_of)
+        longest = None
+        if first and self._others >= _IN_TURN and now_s >= first[0].demand.depart_s + _LONG_S:
+            longest = first[0]
         tried: set[str] = set()
         few = driving.once + len(driving.arrivals.coming) < self._least
         for one in first:
-            goes_on = one is longest or one.again or few
+            goes_on = one is longest or one.loop.closed or few
             if one.place in tried or not (goes_on or not self._is_crowded(one)):
                 continue
             tried.add(one.place)
@@ -151,11 +130,14 @@ class Departures:
                 self._others = 0 if one is longest else self._others + 1
                 few = driving.once + len(driving.arrivals.coming) < self._least
 
-    def _wait(self, one: Due) -> None:
-        insort(self._outside.setdefault((one.place, one.again), []), one, key=lambda other: other.turn)
+    def _wait(self, one: VehicleStart) -> None:
+        insort(self._outside.setdefault((one.place, one.loop.closed), []), one, key=self._turn_of)
         self._count(one, 1)
 
-    def _count(self, one: Due, change: int) -> None:
+    def _turn_of(self, one: VehicleStart) -> int:
+        return self._turn[one.vehicle]
+
+    def _count(self, one: VehicleStart, change: int) -> None:
         """Add `change` to the queue outside each place from the vehicle's own to the next junction."""
         path = self._driving.paths.of(one.track)
         for leg in path[one.track.position :]:
@@ -163,21 +145,19 @@ class Departures:
             if leg.passes:
                 return
 
-    def _is_crowded(self, one: Due) -> bool:
+    def _is_crowded(self, one: VehicleStart) -> bool:
         """Return whether one more vehicle would reduce the traffic on its path."""
-        limits: dict[Place, float] = {}
-        path = self._driving.paths.of(one.track)
-        for leg, limit in zip(path[one.track.position :], one.limits[one.track.position :], strict=True):
-            if not one.track.legs[leg.number].away:
-                limits[leg.place] = limit
+        ahead = self._driving.paths.of(one.track)[one.track.position :]
+        known = self._limits
+        limits = {leg.place: known[leg.place.name] for leg in ahead if leg.place.name in known}
         return is_crowded(limits, self._crowding)
 
-    def _let_in(self, one: Due, now_s: float) -> bool:
+    def _let_in(self, one: VehicleStart, now_s: float) -> bool:
         """Let a vehicle depart in the next step if there is space for it; return whether it does."""
         driving, track = self._driving, one.track
         leg: Leg = driving.paths.of(track)[track.position]
-        if not driving.arrivals.is_clear(track, one.gap_m):
-            if (now_s - one.at_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
+        if not driving.arrivals.is_clear(track, float(one.type.min_gap_m)):
+            if (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
                 driving.ledger.shut(leg.place)
             return False
         if now_s < self._tried_s.get(track.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
@@ -188,7 +168,7 @@ class Departures:
         driving.ledger.shut(leg.place)
         if not driving.arrivals.let_in(track, one.insertion):
             return False
-        self._outside[one.place, one.again].remove(one)
+        self._outside[one.place, one.loop.closed].remove(one)
         self._count(one, -1)
         return True
 

@@ -11,6 +11,7 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.abstraction.track import Track, make_track
 from loopgate.cache import without_collection
+from loopgate.control.start import VehicleStart
 from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
@@ -26,7 +27,6 @@ from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, sort_out
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.demand.once import share_lanes
 from loopgate.simulation.demand.placing import (
-    Departure,
     departs_at_edge,
     departs_in_place,
     spread,
@@ -36,7 +36,6 @@ from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
-from loopgate.simulation.sumo.input import VehicleStart, start_of
 from loopgate.simulation.sumo_options import begins_s
 
 _MOST_LOOPS = 40
@@ -60,8 +59,8 @@ class Assembly:
         The roads.
     loops
         All loops that vehicles drive.
-    starts, tracks
-        Start and path of each vehicle that is there from the beginning.
+    starts
+        The vehicles that are there from the beginning.
     abstraction
         The states; None where vehicles drive under no gate and no abstraction placed them.
     warnings
@@ -93,11 +92,10 @@ class Assembly:
     network: RoadNetwork
     loops: tuple[Loop, ...]
     starts: tuple[VehicleStart, ...]
-    tracks: tuple[Track, ...]
     abstraction: Abstraction | None
     warnings: tuple[str, ...] = ()
     wishes: Wishes = Wishes()
-    departures: tuple[Departure, ...] = ()
+    departures: tuple[VehicleStart, ...] = ()
     stops: Mapping[str, tuple[Stop, ...]] = field(default_factory=dict)
     stop_files: tuple[Path, ...] = ()
     vehicle_files: tuple[Path, ...] = ()
@@ -105,7 +103,7 @@ class Assembly:
     ordinary: tuple[VehicleDemand, ...] = ()
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
     anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
-    other_ways: tuple[Departure, ...] = ()
+    other_ways: tuple[VehicleStart, ...] = ()
     incidents: Incidents = field(default_factory=Incidents)
     detours: Mapping[str, str] = field(default_factory=dict)
 
@@ -125,9 +123,19 @@ class Assembly:
         return (*(one.id for one in self.ordinary), *(one.id for one in self.ungated.vehicles))
 
     @cached_property
+    def tracks(self) -> tuple[Track, ...]:
+        """The paths of the vehicles that are there from the beginning."""
+        return tuple(start.track for start in self.starts)
+
+    @cached_property
+    def later_tracks(self) -> tuple[Track, ...]:
+        """The paths of the vehicles that depart later, the other paths, and the detours."""
+        return tuple(start.track for start in (*self.departures, *self.other_ways))
+
+    @cached_property
     def everybody(self) -> tuple[VehicleStart, ...]:
         """All vehicles, later departures included."""
-        return (*self.starts, *(departure.start for departure in self.departures))
+        return (*self.starts, *self.departures)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -182,31 +190,26 @@ def assemble(scenario: Scenario) -> Assembly:
     later = [v for v in later if v.id not in unstopping]
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
-    starts, tracks = _place(scenario, network, vehicles, abstraction, peculiar)
+    # Where there are detours, vehicles may change to loops that their types in SUMO do not know.
+    tracks = _Tracks(network, peculiar, renews=bool(detours.own))
+    starts = _place(scenario, vehicles, abstraction, tracks)
     if abstraction is None or not scenario.gated:
-        departures = tuple(departs_at_edge(vehicle) for vehicle in later)
+        departures = [departs_at_edge(v, tracks.on(v, Itinerary(v.loop))) for v in later]
     else:
-        departures = tuple(
-            departs_in_place(network, vehicle, way)
-            for vehicle, way in zip([*later, *others], abstraction.later, strict=True)
-        )
-    departures, other_ways = departures[: len(later)], departures[len(later) :]
-    if detours.own:  # vehicles may change to loops that their types in SUMO do not know
-        tracks = [replace(track, renews=True) for track in tracks]
-        departures, other_ways = (tuple(map(_renewing, some)) for some in (departures, other_ways))
+        ways = zip([*later, *others], abstraction.later, strict=True)
+        departures = [departs_in_place(v, way, tracks.on(v, way)) for v, way in ways]
     source = scenario.routes or scenario.network
     return Assembly(
         network,
         tuple({vehicle.loop.id: vehicle.loop for vehicle in everybody if vehicle.loop.closed}.values()),
         tuple(starts),
-        tuple(tracks),
         abstraction,
         warnings=(
             *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
         ),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
-        departures=departures,
+        departures=tuple(departures[: len(later)]),
         stops=fitted_stops(scenario, [*vehicles, *later], abstraction),
         stop_files=file.stop_files if file else (),
         vehicle_files=file.vehicle_files if file else (),
@@ -214,15 +217,10 @@ def assemble(scenario: Scenario) -> Assembly:
         ordinary=tuple(ordinary),
         ungated=sorted_out.ungated,
         anew=anew,
-        other_ways=other_ways,
+        other_ways=tuple(departures[len(later) :]),
         incidents=incidents,
         detours=detours.own,
     )
-
-
-def _renewing(one: Departure) -> Departure:
-    """Return a departure whose route loopgate renews, not SUMO."""
-    return replace(one, track=replace(one.track, renews=True)) if one.track and one.track.rounds else one
 
 
 def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> Incidents:
@@ -287,30 +285,48 @@ def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float)
     return (f"{what}: departing before {begin_s:g} s or after {end_s:g} s, when the run is over",)
 
 
+class _Tracks:
+    """The paths of vehicles, made once for each loop.
+
+    `peculiar`: types that cannot be foreseen. `renews`: whether loopgate renews the routes of loops.
+    """
+
+    def __init__(self, network: RoadNetwork, peculiar: Container[str], *, renews: bool) -> None:
+        self._network, self._peculiar, self._renews = network, peculiar, renews
+        self._made: dict[tuple[str, bool, bool], Track] = {}
+
+    def on(self, vehicle: VehicleDemand, way: Itinerary) -> Track:
+        """Return the path of a vehicle over states, from the beginning of its loop."""
+        foreseen = vehicle.type.id not in self._peculiar
+        key = way.loop.id, bool(way.legs), foreseen
+        if key not in self._made:
+            track = make_track(self._network, way)
+            self._made[key] = replace(track, foreseen=foreseen, renews=self._renews)
+        return self._made[key]
+
+
 def _place(
     scenario: Scenario,
-    network: RoadNetwork,
     vehicles: Sequence[VehicleDemand],
     abstraction: Abstraction | None,
-    peculiar: Container[str],
-) -> tuple[list[VehicleStart], list[Track]]:
-    """Return starts and paths of the vehicles that are there from the beginning.
+    tracks: _Tracks,
+) -> list[VehicleStart]:
+    """Return the starts of the vehicles that are there from the beginning.
 
-    Without a gate, the paths have no states. `peculiar`: types that cannot be foreseen.
+    Without a gate, their paths have no states.
     """
-    starts, tracks = [], []
+    starts = []
     fronts_m = abstraction.starts_m if abstraction else spread(vehicles, Random(scenario.seed))
     for number, (vehicle, front_m) in enumerate(zip(vehicles, fronts_m, strict=False)):
         way, position = Itinerary(vehicle.loop), 0
         if abstraction is not None:
             way, position = abstraction.itineraries[number], abstraction.system.robots[number].start
         lane = way.legs[position].line.lane if way.keeps_lane else None
-        starts.append(start_of(vehicle, front_m, lane))
         if not scenario.gated:
             way, position = Itinerary(vehicle.loop), 0
-        track = make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position)
-        tracks.append(replace(track, foreseen=vehicle.type.id not in peculiar))
-    return starts, tracks
+        track = replace(tracks.on(vehicle, way), vehicle=vehicle.id, start_m=front_m, position=position)
+        starts.append(VehicleStart(vehicle, track, lane))
+    return starts
 
 
 def _driven(scenario: Scenario, vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:

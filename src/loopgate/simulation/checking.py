@@ -38,13 +38,13 @@ def audit_run(
     ways = {vehicle: layout.loops[body.loop].legs for vehicle, body in layout.vehicles.items()}
     joined = [
         Robot(
-            RobotId(one.track.vehicle),
-            tuple(StateId(leg.state) for leg in ways[one.track.vehicle]),
-            closed=one.start.loop.closed and one.start.vehicle not in turned,
+            RobotId(one.vehicle),
+            tuple(StateId(leg.state) for leg in ways[one.vehicle]),
+            closed=one.loop.closed and one.vehicle not in turned,
             start=one.track.position,
         )
         for one in assembly.departures
-        if one.track is not None and one.track.vehicle in departed
+        if one.track.legs and one.vehicle in departed
     ]
     joined += _turned(assembly, ways, turned)
     laps = {vehicle: count for vehicle, count in laps.items() if vehicle not in turned}
@@ -68,8 +68,8 @@ def _turned(
             RobotId(start.vehicle),
             tuple(StateId(leg.state) for leg in ways[start.vehicle]),
             closed=False,
-            start=track.position,
+            start=start.track.position,
         )
-        for start, track in zip(assembly.starts, assembly.tracks, strict=True)
+        for start in assembly.starts
         if start.vehicle in turned and start.loop.closed
     ]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from loopgate.simulation.demand.placing import Departure
+from loopgate.control.start import VehicleStart
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +40,9 @@ class Departures:
         In the order of the wanted times.
     """
 
-    def __init__(self, departures: Sequence[Departure]) -> None:
+    def __init__(self, departures: Sequence[VehicleStart]) -> None:
         self._coming = deque(departures)
-        self.wanted_s = {one.start.vehicle: one.at_s for one in departures}
+        self.wanted_s = {one.vehicle: one.demand.depart_s for one in departures}
         """When vehicles wanted to depart [s]."""
         self.departed_s: dict[str, float] = {}
         """When vehicles departed [s]."""

@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from math import inf
+from collections.abc import Callable, Iterable, Sequence
 
 from loopgate.abstraction.track import Track
 from loopgate.control.accounts import Account
-from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, Due
+from loopgate.control.departures import WITHOUT_LIGHTS, Crowding
 from loopgate.control.departures import Departures as Rules
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
+from loopgate.control.start import VehicleStart
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network import RoadNetwork
-from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.departures import Arrived, Departures
 from loopgate.traffic.base import Traffic
 
 
-def due_of(network: RoadNetwork, departures: Sequence[Departure]) -> list[Due]:
-    """Return the vehicles that are to depart, in order, as the ledger takes them."""
-    found = list[Due]()
-    for one in departures:
-        if one.track is not None:
-            lines = [leg.line for leg in one.track.legs]
-            limits = [
-                network.edges[line.edge].lanes[line.lane].speed_mps if line.edge else inf for line in lines
-            ]
-            gap_m = float(one.start.type.min_gap_m)
-            found.append(Due(one.at_s, len(found), one.track, one.start.insertion, gap_m, limits))
-    return found
+def limits_of(network: RoadNetwork, starts: Iterable[VehicleStart]) -> dict[str, float]:
+    """Return the speed limit of each place on the paths of vehicles, by name [m/s]."""
+    paths = {id(one.track.legs): one.track.legs for one in starts}.values()
+    lines = {leg.state: leg.line for path in paths for leg in path if not leg.away}
+    return {name: network.edges[line.edge].lanes[line.lane].speed_mps for name, line in lines.items()}
 
 
 class GatedDepartures(Departures):
@@ -48,7 +40,7 @@ class GatedDepartures(Departures):
 
     def __init__(
         self,
-        departures: Sequence[Departure],
+        departures: Sequence[VehicleStart],
         network: RoadNetwork,
         traffic: Traffic,
         driving: Driving,
@@ -61,7 +53,8 @@ class GatedDepartures(Departures):
         super().__init__(departures)
         self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
-        self._due, self._slots = due_of(network, departures), slots
+        self._due, self._slots = departures, slots
+        self._limits = limits_of(network, departures)
         self._rules: Rules | None = None
         self.departed_s = driving.arrivals.departed_s
         driving.paths.lay([one.track for one in self._due])
@@ -77,7 +70,7 @@ class GatedDepartures(Departures):
     def look(self) -> None:
         """Let vehicles depart that are due and may."""
         if self._rules is None:  # by now the vehicles of the beginning are on the road
-            rules = self._traffic, self._driving, self._due, self._slots
+            rules = self._traffic, self._driving, self._due, self._slots, self._limits
             self._rules = Rules(*rules, admits=self._admits, crowding=self._crowding)
         self._rules.look()
 

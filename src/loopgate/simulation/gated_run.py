@@ -62,12 +62,6 @@ def check(scenario: Scenario, assembly: Assembly) -> None:
         raise ScenarioError(msg)
 
 
-def later_ways(assembly: Assembly) -> list[Track]:
-    """Return the paths of the vehicles that depart later, the other paths, and the detours."""
-    planned = (*assembly.departures, *assembly.other_ways)
-    return [one.track for one in planned if one.track is not None]
-
-
 def _notes(scenario: Scenario, assembly: Assembly, driving: Driving) -> tuple[str, ...]:
     """Return warnings about an option without effect, and about vehicles that keep their slots."""
     notes = ("arriving: among ordinary vehicles gated vehicles do not arrive rolling",)
@@ -85,7 +79,7 @@ def _kept(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
 def slots_of(assembly: Assembly) -> dict[str, int]:
     """Return the slots of each place; a private place has as many slots as there are vehicles."""
     abstraction = cast("Abstraction", assembly.abstraction)
-    system, later = abstraction.system, later_ways(assembly)
+    system, later = abstraction.system, assembly.later_tracks
     if later or assembly.contains:
         slots = {str(name): most for name, most in abstraction.room.items()}
         return slots | {str(track.legs[-1].state): NEVER_FULL for track in later if track.legs[-1].away}
@@ -145,7 +139,7 @@ def make_driving(
     `everybody`: as in `Ledger`.
     """
     abstraction = cast("Abstraction", assembly.abstraction)
-    tracks = [*assembly.tracks, *later_ways(assembly)]
+    tracks = [*assembly.tracks, *assembly.later_tracks]
     drawn = list({id(track.legs): track.legs for track in tracks}.values())
     lamps = Lamps(traffic)
     signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
@@ -232,7 +226,7 @@ def open_gated(
         looks.append(departures.look)
     rerouting = containment = None
     if assembly.anew or assembly.contains:
-        leading = Leading(traffic, driving, [*assembly.tracks, *later_ways(assembly)])
+        leading = Leading(traffic, driving, [*assembly.tracks, *assembly.later_tracks])
     if assembly.anew:
         rerouting = Rerouting(assembly, traffic, leading)
     if assembly.contains:

@@ -52,6 +52,5 @@ class PlannedStanding:
 
 def find_ways_round(assembly: Assembly) -> WaysRound:
     """Return the loops of a run, and the detours round planned closures and stops."""
-    planned = (*assembly.departures, *assembly.other_ways)
-    every = (*assembly.tracks, *(one.track for one in planned if one.track is not None))
+    every = (*assembly.tracks, *(track for track in assembly.later_tracks if track.legs))
     return WaysRound(assembly.network.edges, every, assembly.detours)

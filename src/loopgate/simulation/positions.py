@@ -9,10 +9,10 @@ from statistics import fmean
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
+from loopgate.control.start import VehicleStart
 from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.demand.placing import Departure
 
 
 def record_positions(file: Path) -> list[str]:
@@ -49,18 +49,18 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     vehicles: dict[str, VehicleBody] = {}
     ways = [*abstraction.itineraries[: len(assembly.starts)], *abstraction.later[: len(assembly.departures)]]
     positions = [robot.start for robot in system.robots[: len(assembly.starts)]]
-    positions += [one.track.position if one.track else 0 for one in assembly.departures]
+    positions += [one.track.position for one in assembly.departures]
     for start, itinerary, position in zip(assembly.everybody, ways, positions, strict=True):
         kind = start.type
         vehicles[start.vehicle] = VehicleBody(
-            start.loop.id, kind.length_m, kind.width_m, start.front_m, position, kind.jointed
+            start.loop.id, kind.length_m, kind.width_m, start.track.start_m, position, kind.jointed
         )
         if start.loop.id not in loops:
             loops[start.loop.id] = _way(start.loop, itinerary)
     for one, itinerary in zip(
         assembly.other_ways, abstraction.later[len(assembly.departures) :], strict=True
     ):
-        loops[one.start.loop.id] = _way(one.start.loop, itinerary)
+        loops[one.loop.id] = _way(one.loop, itinerary)
     lanes = assembly.network.lanes
     driven = sorted({lane for loop in loops.values() for span in loop.spans for lane in span.driven})
     named = {c for loop in loops.values() for leg in loop.legs for c, _ in leg.crossings}
@@ -83,7 +83,7 @@ def _way(loop: Loop, itinerary: Itinerary) -> LoopWay:
     return LoopWay(loop.lap_m, spans, _legs(itinerary))
 
 
-def _room(abstraction: Abstraction, others: Sequence[Departure]) -> dict[str, int]:
+def _room(abstraction: Abstraction, others: Sequence[VehicleStart]) -> dict[str, int]:
     """Return the slots of the states that several vehicles visit, or may visit later."""
     system = abstraction.system
     if not abstraction.later:
@@ -91,7 +91,7 @@ def _room(abstraction: Abstraction, others: Sequence[Departure]) -> dict[str, in
         return {name: room for name, room, private in states if not private}
     paths = [{leg.state for leg in way.legs} for way in (*abstraction.itineraries, *abstraction.later)]
     visitors = Counter(state for path in paths for state in path)
-    visitors.update(leg.state for one in others for leg in (one.track.legs if one.track else ()))
+    visitors.update(leg.state for one in others for leg in one.track.legs)
     return {name: room for name, room in abstraction.room.items() if visitors[StateId(name)] > 1}
 
 

@@ -43,13 +43,13 @@ class Rerouting:
 
     def __init__(self, assembly: Assembly, traffic: Traffic, leading: Leading) -> None:
         self._traffic, self._leading, self._anew = traffic, leading, assembly.anew
-        self._kinds = {one.start.vehicle: one.start.type.id for one in assembly.departures}
+        self._kinds = {one.vehicle: one.type.id for one in assembly.departures}
         self._onward: defaultdict[tuple[str, str], dict[int, _Onward]] = defaultdict(dict)
         """For each type and place, the paths from there, one for each sequence of places."""
         self._edges: dict[str, int] = {}
         for one in (*assembly.departures, *assembly.other_ways):
-            if one.track is not None and not one.start.loop.closed:
-                self._take(one.start.type.id, one.track)
+            if not one.loop.closed:
+                self._take(one.type.id, one.track)
         lanes = [assembly.network.edges[edge].lanes for edge in self._edges]
         self._length_m = np.array([some[0].length_m for some in lanes])
         self._allowed_mps = np.array([max(lane.speed_mps for lane in some) for some in lanes])

@@ -296,9 +296,8 @@ def _input_options(
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops)
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
-    departing = tuple(departure.start for departure in assembly.departures)
-    placed, later = (assembly.starts, departing) if scenario.gated else ((*assembly.starts, *departing), ())
-    round_ = [one.start for one in assembly.other_ways if one.start.loop.id in assembly.detours]
+    placed, later = (assembly.starts, assembly.departures) if scenario.gated else (assembly.everybody, ())
+    round_ = [one for one in assembly.other_ways if one.loop.id in assembly.detours]
     starts = write_sumo_input(
         placed,
         folder.path,

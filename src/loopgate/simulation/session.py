@@ -170,7 +170,7 @@ def sum_up(
             f"a vehicle is moved ({len(leaps)} leaps in all); distances count what was driven"
         )
     if standing := told.get("standing"):
-        tracks = (*assembly.tracks, *(one.track for one in assembly.departures if one.track is not None))
+        tracks = [start.track for start in assembly.everybody]
         events = read_events(folder / run_folder.EVENTS, (Event.EDGE,))
         period = {"begin_s": course.begin_s, "end_s": course.end_s}
         note_unwatched(standing["blocked"], tracks, events, **period)

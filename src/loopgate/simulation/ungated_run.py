@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from loopgate.abstraction.itinerary import Itinerary, Leg
-from loopgate.abstraction.track import Track, make_track
+from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
+from loopgate.control.start import VehicleStart
 from loopgate.model import StateId
-from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
-from loopgate.simulation.demand.placing import Departure
 from loopgate.simulation.departures import Departures
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.figures import StopFigures
@@ -46,15 +45,14 @@ class UngatedDepartures(Departures):
 
     def __init__(
         self,
-        departures: Sequence[Departure],
-        network: RoadNetwork,
+        departures: Sequence[VehicleStart],
         traffic: Traffic,
         driving: Driving,
         leading: Leading,
     ) -> None:
         super().__init__(departures)
-        self._network, self._traffic, self._driving, self._leading = network, traffic, driving, leading
-        self._starts = {one.start.vehicle: one.start for one in departures}
+        self._traffic, self._driving, self._leading = traffic, driving, leading
+        self._starts = {one.vehicle: one for one in departures}
 
     def look(self) -> None:
         """Add the vehicles that SUMO has inserted in the last step."""
@@ -67,8 +65,7 @@ class UngatedDepartures(Departures):
                 continue
             self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
             at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
-            way = Itinerary(start.loop)
-            tracks.append(alone(make_track(self._network, way, vehicle=vehicle, front_m=at_m)))
+            tracks.append(alone(replace(start.track, start_m=at_m)))
         if tracks:
             self._leading.know(tracks)
             self._driving.welcome(tracks)
@@ -89,7 +86,7 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
     stops = StopFigures(driving)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
-        departures = UngatedDepartures(assembly.departures, assembly.network, traffic, driving, leading)
+        departures = UngatedDepartures(assembly.departures, traffic, driving, leading)
         looks.append(departures.look)
     containment = None
     if assembly.contains:

@@ -2,16 +2,16 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from random import Random
 
 from loopgate.abstraction.itinerary import Itinerary
-from loopgate.abstraction.track import Track, make_track
+from loopgate.abstraction.track import Track
+from loopgate.control.start import VehicleStart
 from loopgate.errors import ScenarioError
-from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
+from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.input import VehicleStart, start_of
 from loopgate.simulation.sumo_options import begins_s
 
 _CLEAR_M = 0.5
@@ -107,20 +107,15 @@ def by_departure(
     return [v for v in vehicles if v.id not in gone], later, ()
 
 
-@dataclass(frozen=True, slots=True)
-class Departure:
-    """A vehicle that departs later: its start, its path under a gate, and its earliest departure [s]."""
+def departs_at_edge(vehicle: VehicleDemand, track: Track) -> VehicleStart:
+    """Return the start of an ungated vehicle: where its file says, or as far back as possible.
 
-    start: VehicleStart
-    track: Track | None
-    at_s: float
-
-
-def departs_at_edge(vehicle: VehicleDemand) -> Departure:
-    """Return the departure of an ungated vehicle: where its file says, or as far back as possible."""
+    `track`: a path on its loop.
+    """
     least_m = vehicle.loop.roads[vehicle.edge].begin_m + vehicle.type.length_m
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
-    return Departure(start_of(vehicle, front_m, depart_s=vehicle.depart_s), None, vehicle.depart_s)
+    track = replace(track, vehicle=vehicle.id, start_m=front_m)
+    return VehicleStart(vehicle, track, depart_s=vehicle.depart_s)
 
 
 def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
@@ -142,8 +137,11 @@ def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
     return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
 
 
-def departs_in_place(network: RoadNetwork, vehicle: VehicleDemand, way: Itinerary) -> Departure:
-    """Return the departure of a gated vehicle: with its full length in the place where its file wants it."""
+def departs_in_place(vehicle: VehicleDemand, way: Itinerary, track: Track) -> VehicleStart:
+    """Return the start of a gated vehicle: with its full length in the place where its file wants it.
+
+    `way`, `track`: the places on its path, and a path over them.
+    """
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
     lap_m = way.loop.lap_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)
@@ -157,6 +155,5 @@ def departs_in_place(network: RoadNetwork, vehicle: VehicleDemand, way: Itinerar
     front_m = max(first_m, min(near_m, last_m))
     if not vehicle.loop.closed:
         vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
-    start = start_of(vehicle, front_m, leg.line.lane, depart_s=vehicle.depart_s)
-    track = make_track(network, way, vehicle=vehicle.id, front_m=front_m, position=position)
-    return Departure(start, track, vehicle.depart_s)
+    track = replace(track, vehicle=vehicle.id, start_m=front_m, position=position)
+    return VehicleStart(vehicle, track, leg.line.lane, vehicle.depart_s)

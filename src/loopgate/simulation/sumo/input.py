@@ -2,114 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.abstraction.track import round_routes, rounds, rounds_from
-from loopgate.network import Loop, VehicleDemand, VehicleType
+from loopgate.abstraction.track import round_routes, rounds
+from loopgate.control.start import VehicleStart
+from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import FLEET, without
 from loopgate.network.stops import Stop
 from loopgate.network.trips import MIDDLE
 from loopgate.network.ungated import Ungated, UngatedFleet
 from loopgate.network.xml_file import write_xml
-from loopgate.traffic.base import Insertion
 
 _NOBODY = UngatedFleet()
 
-_ROUNDING_M = 1e-6
-
 _ROUNDS = "1000"
 """SUMO drives an ungated loop this often."""
-
-
-@dataclass(frozen=True, slots=True)
-class VehicleStart:
-    """A vehicle at its start.
-
-    Attributes
-    ----------
-    vehicle
-        Its name.
-    loop
-        Its loop.
-    front_m
-        Arc length of its front [m].
-    type
-        Its vehicle type.
-    lane
-        Index of its lane; None for the lane of its loop.
-    attributes, parameters
-        Other XML attributes for SUMO, and ``<param>`` elements by key.
-    depart_s
-        When it departs [s]; None for the beginning of the simulation.
-    """
-
-    vehicle: str
-    loop: Loop
-    front_m: float
-    type: VehicleType
-    lane: int | None = None
-    attributes: Mapping[str, str] = field(default_factory=dict, hash=False)
-    parameters: Mapping[str, str] = field(default_factory=dict, hash=False)
-    depart_s: float | None = None
-
-    @property
-    def edge(self) -> int:
-        """The index on the loop of the edge on which the vehicle starts."""
-        at_m = self.front_m % self.loop.lap_m + _ROUNDING_M
-        return max(
-            number for number, span in enumerate(self.loop.roads) if not number or span.begin_m <= at_m
-        )
-
-    @property
-    def position_m(self) -> float:
-        """The position of the front on its lane [m]."""
-        return self.loop.locate(self.front_m).position_m
-
-    @property
-    def lane_index(self) -> int:
-        """The index of the lane on which the vehicle starts."""
-        return self.loop.locate(self.front_m).lane if self.lane is None else self.lane
-
-    @property
-    def kind(self) -> str:
-        """The name of the vehicle's type in SUMO."""
-        colour = "" if self.depart_s is None else self.attributes.get("color", "")
-        loop = self.loop.id if self.loop.closed else ""
-        return f"{self.type.id}@{loop}" + (f"@{colour}" if colour else "")
-
-    @property
-    def route(self) -> str:
-        """The name of the route on which the vehicle departs."""
-        return f"from{self.edge}@{self.loop.id}"
-
-    @property
-    def insertion(self) -> Insertion:
-        """The insertion of the vehicle as SUMO gets it."""
-        return Insertion(
-            self.route,
-            self.kind,
-            self.lane_index,
-            self.position_m,
-            self.attributes,
-            self.parameters,
-            rolling=not self.loop.closed and self.attributes.get("departSpeed", "max") != "0",
-        )
-
-    @property
-    def way(self) -> tuple[str, ...]:
-        """The edges of the vehicle's first route in SUMO: more than one round of a loop, or an open route."""
-        return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
-
-
-def start_of(
-    vehicle: VehicleDemand, front_m: float, lane: int | None = None, *, depart_s: float | None = None
-) -> VehicleStart:
-    """Return the start of a vehicle from the arc length of its front, its lane and its time."""
-    said = vehicle.attributes, vehicle.parameters
-    return VehicleStart(vehicle.id, vehicle.loop, front_m, vehicle.type, lane, *said, depart_s)
 
 
 def write_sumo_input(
@@ -196,10 +105,10 @@ def _add_vehicle(top: ET.Element, start: VehicleStart, begin_s: float) -> None:
         departPos=f"{start.position_m:.3f}",
         departSpeed="0",
         **checks,
-        attrib=dict(start.attributes),
+        attrib=dict(start.demand.attributes),
     )
     ET.SubElement(vehicle, "route", edges=" ".join(start.way))
-    for name, value in start.parameters.items():
+    for name, value in start.demand.parameters.items():
         ET.SubElement(vehicle, "param", key=name, value=value)
 
 

@@ -38,7 +38,7 @@ def test_so_many_for_each_kilometre(routes: str) -> None:
     numbers = Counter(start.loop.id for start in made.starts)
     assert numbers == {loop.id: max(1, round(loop.length_m / 250.0)) for loop in made.loops}
     for loop in made.loops:
-        fronts = sorted(start.front_m for start in made.starts if start.loop.id == loop.id)
+        fronts = sorted(start.track.start_m for start in made.starts if start.loop.id == loop.id)
         gaps = [b - a for a, b in zip(fronts, [*fronts[1:], fronts[0] + loop.length_m], strict=True)]
         assert max(gaps) < 2.5 * loop.length_m / len(gaps)  # moved to where places have room
 

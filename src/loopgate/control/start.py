@@ -1,0 +1,102 @@
+"""A vehicle at its start: what its file says of it, with its path, lane and time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from loopgate.abstraction.track import Track, rounds_from
+from loopgate.network import Loop, VehicleDemand, VehicleType
+from loopgate.traffic.base import Insertion
+
+_ROUNDING_M = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleStart:
+    """A vehicle at its start.
+
+    Attributes
+    ----------
+    demand
+        The vehicle as its file has it.
+    track
+        Its path, from where it starts; without states if no gate drives it.
+    lane
+        Index of its lane; None for the lane of its loop.
+    depart_s
+        When it departs [s]; None for the beginning of the simulation.
+    """
+
+    demand: VehicleDemand
+    track: Track
+    lane: int | None = None
+    depart_s: float | None = None
+
+    @property
+    def vehicle(self) -> str:
+        """The name of the vehicle."""
+        return self.demand.id
+
+    @property
+    def loop(self) -> Loop:
+        """The loop or route that the vehicle drives."""
+        return self.demand.loop
+
+    @property
+    def type(self) -> VehicleType:
+        """The type of the vehicle."""
+        return self.demand.type
+
+    @property
+    def place(self) -> str:
+        """The state in which the vehicle starts, if a gate drives it."""
+        return str(self.track.legs[self.track.position].state)
+
+    @property
+    def edge(self) -> int:
+        """The index on the loop of the edge on which the vehicle starts."""
+        at_m = self.track.start_m % self.loop.lap_m + _ROUNDING_M
+        return max(
+            number for number, span in enumerate(self.loop.roads) if not number or span.begin_m <= at_m
+        )
+
+    @property
+    def position_m(self) -> float:
+        """The position of the front on its lane [m]."""
+        return self.loop.locate(self.track.start_m).position_m
+
+    @property
+    def lane_index(self) -> int:
+        """The index of the lane on which the vehicle starts."""
+        return self.loop.locate(self.track.start_m).lane if self.lane is None else self.lane
+
+    @property
+    def kind(self) -> str:
+        """The name of the vehicle's type in SUMO."""
+        colour = "" if self.depart_s is None else self.demand.attributes.get("color", "")
+        loop = self.loop.id if self.loop.closed else ""
+        return f"{self.type.id}@{loop}" + (f"@{colour}" if colour else "")
+
+    @property
+    def route(self) -> str:
+        """The name of the route on which the vehicle departs."""
+        return f"from{self.edge}@{self.loop.id}"
+
+    @property
+    def insertion(self) -> Insertion:
+        """The insertion of the vehicle as SUMO gets it."""
+        said = self.demand.attributes
+        return Insertion(
+            self.route,
+            self.kind,
+            self.lane_index,
+            self.position_m,
+            said,
+            self.demand.parameters,
+            rolling=not self.loop.closed and said.get("departSpeed", "max") != "0",
+        )
+
+    @property
+    def way(self) -> tuple[str, ...]:
+        """The edges of the vehicle's first route in SUMO: more than one round of a loop, or an open route."""
+        return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]
