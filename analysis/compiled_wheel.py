@@ -26,6 +26,7 @@ def compile_ledger(folder: Path) -> list[Path]:
     control = sorted((folder / "loopgate" / "control").glob("*.py"))
     modules = [one for one in control if one.name != "__init__.py"]
     modules.append(folder / "loopgate" / "gates" / "certified" / "chain.py")
+    modules.append(folder / "loopgate" / "negotiation" / "formulas.py")
     words = ("--follow-imports=skip", "--ignore-missing-imports", "--config-file=")
     names = [str(one.relative_to(folder)) for one in modules]
     subprocess.run(

@@ -7,6 +7,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.places import Place, Vehicle
+from loopgate.negotiation.formulas import leaves_room, pressure
 
 PATIENCE_S: Final = 100.0
 """Default of `Pressure.patience_s` [s]."""
@@ -40,13 +41,14 @@ class Pressure:
     def _rank(self, vehicle: Vehicle, now_s: float) -> float:
         """Return the negative pressure of a vehicle, so that the lowest rank goes first."""
         here, after = vehicle.leg.place, vehicle.leg.after
-        before = 0 if after is None else len(after.place.bodies)
-        return before - (len(here.bodies) + here.outside) - (now_s - vehicle.since_s) / self.wait_s
+        ahead = 0 if after is None else len(after.place.bodies)
+        return -pressure(len(here.bodies) + here.outside, ahead, (now_s - vehicle.since_s) / self.wait_s)
 
     def _goes(self, vehicle: Vehicle, now_s: float) -> bool:
-        """Return whether a vehicle is not left out: the next place is no fuller, or the wait was long."""
+        """Return whether a vehicle is not left out."""
         wanted, here = vehicle.wanted(), vehicle.leg.place
-        if vehicle.mover or wanted is None or len(wanted.bodies) < self.crowded * wanted.slots:
+        if vehicle.mover or wanted is None:
             return True
-        fuller = len(wanted.bodies) / wanted.slots - len(here.bodies) / here.slots
-        return fuller < (now_s - vehicle.since_s) / self.patience_s
+        waited = (now_s - vehicle.since_s) / self.patience_s
+        taken = len(wanted.bodies) / wanted.slots
+        return not leaves_room(taken, len(here.bodies) / here.slots, waited, self.crowded)

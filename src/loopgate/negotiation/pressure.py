@@ -6,6 +6,7 @@ from typing import Final
 
 from loopgate.model import System
 from loopgate.negotiation.base import Request, View
+from loopgate.negotiation.formulas import leaves_room, pressure
 
 _NO_RESERVE = 2.0
 """A share that no place is filled to."""
@@ -68,13 +69,11 @@ class Pressure:
 
     def _pressure(self, request: Request, view: View, now_s: float) -> float:
         behind = view.held(request.here) + view.outside(request.here)
-        return behind - view.held(request.wanted) + (now_s - request.since_s) / self._wait_s
+        return pressure(behind, view.held(request.wanted), (now_s - request.since_s) / self._wait_s)
 
     def _waits(self, request: Request, view: View, now_s: float) -> bool:
-        ahead = view.held(request.wanted)
-        capacity = ahead + view.room(request.wanted)
-        if ahead < self._crowded * capacity:
-            return False
-        behind = view.held(request.here)
-        share = behind / (behind + view.room(request.here))
-        return ahead / capacity - share >= (now_s - request.since_s) / self._patience_s
+        ahead, here = (
+            view.held(state) / (view.held(state) + view.room(state))
+            for state in (request.wanted, request.here)
+        )
+        return leaves_room(ahead, here, (now_s - request.since_s) / self._patience_s, self._crowded)

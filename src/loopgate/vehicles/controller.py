@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from loopgate.negotiation.formulas import leaves_room
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.messages import Grant, Message, Refuse, Room, Stamp, ToVehicle
 from loopgate.vehicles.vehicle import Vehicle
@@ -80,7 +81,7 @@ class Controller:
         free
             Whether the vehicle sees its crossing free.
         """
-        if free and cars.leaves_room(*shares, now_s - stamp[0], self._crowded):
+        if free and leaves_room(*shares, (now_s - stamp[0]) / cars.ROOM_S, self._crowded):
             return Answer()
         return Answer((cars.ask(self.vehicle, stamp, now_s, free=free),))
 

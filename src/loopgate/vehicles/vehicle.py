@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Moved, Room, Stamp
 
-_ROOM_S = 100.0
+ROOM_S = 100.0
 """A vehicle that has waited this long may go from an empty place into a full one [s]."""
 
 Told = tuple[int, int]
@@ -90,29 +90,6 @@ def ask(vehicle: Vehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True
 def awaits(vehicle: Vehicle, grant: Grant) -> bool:
     """Return whether a grant answers the vehicle's present request."""
     return grant.number == vehicle.number + 1 and grant.place == vehicle.wanted
-
-
-def leaves_room(ahead: float, here: float, waited_s: float, crowded: float) -> bool:
-    """Return whether a vehicle should not ask yet, to leave room in a crowded place for others.
-
-    The same rule as `loopgate.negotiation.pressure.Pressure`: no vehicle drives from an emptier place into a
-    crowded one, unless it has waited the longer, the fuller that is.
-
-    Parameters
-    ----------
-    ahead, here
-        Share of taken slots in the next place and in the vehicle's place, by the last messages of the posts.
-    waited_s
-        Time since the vehicle's first request for the place [s].
-    crowded
-        Share of taken slots from which a place counts as crowded.
-
-    Examples
-    --------
-    >>> leaves_room(0.9, 0.4, 10.0, crowded=0.6), leaves_room(0.9, 0.4, 60.0, crowded=0.6)
-    (True, False)
-    """
-    return ahead >= crowded and ahead - here >= waited_s / _ROOM_S
 
 
 def in_time(grant: Grant, now_s: float) -> bool:
