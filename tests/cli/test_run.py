@@ -33,7 +33,7 @@ def test_a_run_loads_only_what_it_needs(tmp_path: Path) -> None:
     """Half a second for numba, as much for scipy's rooms; it compiles nothing and draws nothing."""
     code = (
         "import sys\nfrom loopgate.cli.main import cli\ncli(sys.argv[1:], standalone_mode=False)\n"
-        "heavy = 'numba networkx scipy.sparse scipy.spatial scipy.optimize matplotlib altair'.split()\n"
+        "heavy = 'numba scipy.sparse scipy.spatial scipy.optimize matplotlib altair'.split()\n"
         "print([name for name in heavy if name in sys.modules], file=sys.stderr)"
     )
     words = (

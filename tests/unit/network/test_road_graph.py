@@ -1,11 +1,7 @@
 """Where closed walks can lie."""
 
-import networkx as nx
-from hypothesis import given
-from hypothesis import strategies as st
-
 from loopgate.network import RoadNetwork
-from loopgate.network.road_graph import parts_with_loops, strongly_connected
+from loopgate.network.road_graph import parts_with_loops
 
 
 def test_parts_of_a_network() -> None:
@@ -26,14 +22,3 @@ def test_edges_that_lead_nowhere_are_no_part() -> None:
     """A street that no vehicle can drive round on has no closed walk."""
     street = RoadNetwork.open("sumo:fokr_bs_demo")
     assert parts_with_loops(street, vclass="passenger", u_turns=False) == ()
-
-
-@given(st.sets(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=40))
-def test_strongly_connected_sets_are_those_of_networkx(arcs: set[tuple[int, int]]) -> None:
-    """On any small graph, each node once."""
-    onward: dict[str, list[str]] = {}
-    for tail, head in sorted(arcs):
-        onward.setdefault(str(tail), []).append(str(head))
-    found = strongly_connected(onward)
-    graph = nx.DiGraph([(str(tail), str(head)) for tail, head in arcs])
-    assert sorted(map(sorted, found)) == sorted(map(sorted, nx.strongly_connected_components(graph)))
