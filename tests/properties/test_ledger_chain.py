@@ -22,7 +22,7 @@ from small_roads import (
     two_way_grid,
 )
 
-from loopgate.abstraction.itinerary import Leg as DrawnLeg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.control.chain import circle_from, closes, closes_by_entering, next_mover
 from loopgate.control.places import Leg, Place, Vehicle, path_of
 from loopgate.errors import SystemModelError, UnsafeStartError

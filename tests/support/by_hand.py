@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from builders import system
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control import blocking
 from loopgate.control.holdings import GRANTED, REFUSED
 from loopgate.control.layout import Layout
@@ -46,7 +46,7 @@ class ByHand:
     def __init__(
         self,
         system: System,
-        legs: Sequence[Sequence[Leg]],
+        legs: Sequence[Sequence[DrawnLeg]],
         gate: Gate,
         negotiation: Negotiation,
         *,
@@ -146,7 +146,7 @@ def by_hand(
     over = crossings or {}
     legs = [
         [
-            Leg(here, 10.0 * k, 10.0 * k + 9.0, (over[here, there],) if (here, there) in over else ())
+            DrawnLeg(here, 10.0 * k, 10.0 * k + 9.0, (over[here, there],) if (here, there) in over else ())
             for k, (here, there) in enumerate(pairwise((*robot.path, robot.path[0])))
         ]
         for robot in robots.robots

@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 from by_hand import ByHand
 from small_roads import one_way_grid, road_system
 
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.holdings import GRANTED
 from loopgate.control.places import Vehicle
 from loopgate.gates import make_gate
@@ -90,9 +90,9 @@ class CrossedRoads:
                 foes[self._name(*other)].add(self._name(*one))
         return {name: frozenset(others) for name, others in foes.items()}
 
-    def _legs(self, path: Sequence[int]) -> list[Leg]:
+    def _legs(self, path: Sequence[int]) -> list[DrawnLeg]:
         return [
-            Leg(
+            DrawnLeg(
                 self.system.states[here],
                 10.0 * k,
                 10.0 * k + 9.0,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from fake_traffic import FakeTraffic, FakeVehicle
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Round, Track
 from loopgate.control.diary import Row
 from loopgate.control.driving import Driving
@@ -28,8 +28,8 @@ def vehicle_at(name: str, front_m: float) -> FakeVehicle:
 def track_of(name: str, front_m: float, *, own: str = "") -> Track:
     """Return the path of a vehicle: its `own` place, by default ``p`` and its name, and the place ``s``."""
     legs = (
-        Leg(StateId(own or f"p{name}"), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
-        Leg(StateId("s"), 199.0, 260.0, line=LanePosition(f"{name}s", 0, 59.9)),
+        DrawnLeg(StateId(own or f"p{name}"), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
+        DrawnLeg(StateId("s"), 199.0, 260.0, line=LanePosition(f"{name}s", 0, 59.9)),
     )
     edges = ((0.0, f"{name}p"), (OWN_M, f"{name}s"))
     rounds = Round(f"{name}p", "round", "first"), Round(f"{name}s", "onward", "second")

@@ -73,7 +73,7 @@ NOWHERE = LanePosition("", 0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Leg:
+class DrawnLeg:
     """A state on a vehicle's loop, in arc length from the beginning of the loop."""
 
     state: StateId
@@ -101,7 +101,7 @@ class Itinerary:
     """A loop with its legs in driving order; leg ``k`` is position ``k`` of its robots' paths."""
 
     loop: Loop
-    legs: tuple[Leg, ...] = ()
+    legs: tuple[DrawnLeg, ...] = ()
     """The legs in ascending order of ``begin_m``; none for vehicles without a gate."""
     keeps_lane: bool = False
     """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.guides import Target, Turn, find_guides
-from loopgate.abstraction.itinerary import Crossing, Guide, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Guide, Itinerary
 from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
 from loopgate.abstraction.places import Part, QueuePlace, waiting_parts
 from loopgate.abstraction.stretches import (
@@ -305,7 +305,7 @@ class _Legs:
         self._network, self._conflicts, self._foes = network, conflicts, foes
         self._made: dict[object, Crossing] = {}
 
-    def of(self, loop: Loop, chain: Sequence[Piece], classes: Sequence[str]) -> Iterator[Leg]:
+    def of(self, loop: Loop, chain: Sequence[Piece], classes: Sequence[str]) -> Iterator[DrawnLeg]:
         """Yield the legs of a loop on which vehicles of these classes drive."""
         for here, between, after in _ways_on(chain):
             crossings: list[Crossing] = []
@@ -323,7 +323,7 @@ class _Legs:
             # An unnecessary stop does no harm: it lies on the loop's own lane.
             guides = max((find_guides(self._network, course, vclass) for vclass in classes), key=_number)
             end_m = here.begin_m + here.length_m - HOLD_MARGIN_M
-            yield Leg(
+            yield DrawnLeg(
                 StateId(here.place.name if here.place else ""),
                 here.begin_m,
                 end_m,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
 from loopgate.abstraction.queues import most_at_start
 from loopgate.abstraction.stretches import Stretch
@@ -202,7 +202,7 @@ def _survey(network: RoadNetwork, layout: QueueLayout, refused: tuple[RefusedLoo
 def _places(
     itineraries: Sequence[Itinerary], layout: QueueLayout, at_start: Mapping[str, int]
 ) -> Iterator[PlaceSurvey]:
-    legs: dict[str, tuple[Loop, Leg]] = {}
+    legs: dict[str, tuple[Loop, DrawnLeg]] = {}
     visitors: dict[str, dict[str, None]] = {}
     for itinerary in itineraries:
         loop = itinerary.loop
@@ -226,7 +226,7 @@ def _crossings(
     network: RoadNetwork, itineraries: Sequence[Itinerary], layout: QueueLayout
 ) -> Iterator[CrossingSurvey]:
     users: dict[str, dict[str, None]] = {}
-    made: dict[str, tuple[Loop, Leg, Crossing]] = {}
+    made: dict[str, tuple[Loop, DrawnLeg, Crossing]] = {}
     for itinerary in itineraries:
         loop = itinerary.loop
         for leg in itinerary.legs:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from loopgate.abstraction.collision_segments import collision_segments
-from loopgate.abstraction.itinerary import CLEARANCE_M, Abstraction, Itinerary, Leg
+from loopgate.abstraction.itinerary import CLEARANCE_M, Abstraction, DrawnLeg, Itinerary
 from loopgate.abstraction.starts import choose_starts
 from loopgate.abstraction.zone_warnings import zone_warnings
 from loopgate.abstraction.zones import Zones, make_zones
@@ -172,7 +172,7 @@ def zone_state(zone: int) -> StateId:
 def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: float) -> Itinerary:
     lap = loop.length_m
     visits = zones.visits[number]
-    legs = [Leg(zone_state(v.zone), v.begin_m, v.end_m) for v in visits]
+    legs = [DrawnLeg(zone_state(v.zone), v.begin_m, v.end_m) for v in visits]
     if visits:
         ends = [v.end_m for v in visits]
         gaps = list(zip(ends, [v.begin_m for v in visits[1:]] + [visits[0].begin_m + lap], strict=True))
@@ -180,11 +180,11 @@ def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: fl
         end = loop.hold_before(lap)
         gaps = [(end - lap, end)]
     private = [piece for gap in gaps for piece in _pieces(loop, *gap, need_m, piece_m)]
-    legs += [Leg(StateId(""), begin, end) for begin, end in private]
+    legs += [DrawnLeg(StateId(""), begin, end) for begin, end in private]
     # Every leg ends within the lap; the one across the loop's beginning begins below 0 and comes first.
     placed = sorted(
         (
-            Leg(leg.state, leg.begin_m - shift, leg.end_m - shift)
+            DrawnLeg(leg.state, leg.begin_m - shift, leg.end_m - shift)
             for leg in legs
             if (shift := _shift(leg, lap)) >= 0
         ),
@@ -195,11 +195,11 @@ def _itinerary(loop: Loop, number: int, zones: Zones, need_m: float, piece_m: fl
     for leg in placed:
         count += not leg.state
         state = leg.state or StateId(f"{loop.id}/{count}")
-        named.append(Leg(state, leg.begin_m, leg.end_m, line=loop.locate(leg.end_m)))
+        named.append(DrawnLeg(state, leg.begin_m, leg.end_m, line=loop.locate(leg.end_m)))
     return Itinerary(loop, tuple(named))
 
 
-def _shift(leg: Leg, lap_m: float) -> float:
+def _shift(leg: DrawnLeg, lap_m: float) -> float:
     return lap_m if leg.end_m > lap_m else 0.0
 
 

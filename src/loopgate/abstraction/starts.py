@@ -4,7 +4,7 @@ import random
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
 from loopgate.errors import ScenarioError
 from loopgate.model import StateId
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
@@ -112,7 +112,7 @@ def _given(itinerary: Itinerary, name: str, front_m: float, vehicle_length_m: fl
     raise ScenarioError(msg)
 
 
-def _place_within(loop: Loop, leg: Leg, vehicle_length_m: float) -> float | None:
+def _place_within(loop: Loop, leg: DrawnLeg, vehicle_length_m: float) -> float | None:
     """Return the middle position for the front within a leg and its longest lane, or None."""
     best: tuple[float, float] | None = None
     for span in loop.spans:

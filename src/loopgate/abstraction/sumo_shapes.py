@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import shapely
 
-from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
 from loopgate.arrays import Floats
 from loopgate.disk import writing
 from loopgate.network.curve import cut_curve, gap
@@ -101,13 +101,13 @@ class _Names:
         return plain
 
 
-def _between(leg: Leg, after: Leg) -> Hashable:
+def _between(leg: DrawnLeg, after: DrawnLeg) -> Hashable:
     return leg.state, after.state, tuple(crossing.id for crossing in leg.crossings)
 
 
 def _once(
-    itineraries: Sequence[Itinerary], key: Callable[[Leg, Leg], Hashable]
-) -> Iterator[tuple[Loop, Leg, Leg]]:
+    itineraries: Sequence[Itinerary], key: Callable[[DrawnLeg, DrawnLeg], Hashable]
+) -> Iterator[tuple[Loop, DrawnLeg, DrawnLeg]]:
     """Yield each leg with its loop and the next leg; of pairs with the same key, the first only."""
     seen: set[Hashable] = set()
     for way in itineraries:
@@ -131,7 +131,9 @@ def _add_loop(top: ET.Element, names: _Names, loop: Loop, colour: str, **figures
     _poi(top, names.new("start", loop.id), tuple(points[0]), colour, "loopgate.loop", loop=loop.id)
 
 
-def _add_place(top: ET.Element, names: _Names, loop: Loop, leg: Leg, room: int, users: Sequence[str]) -> None:
+def _add_place(
+    top: ET.Element, names: _Names, loop: Loop, leg: DrawnLeg, room: int, users: Sequence[str]
+) -> None:
     line = shapely.LineString(_part(loop, leg.begin_m, leg.end_m))
     area: shapely.Geometry = line.buffer(_HALF_PLACE_M, cap_style="flat", join_style="mitre")
     if not isinstance(area, shapely.Polygon) or area.is_empty:
@@ -149,7 +151,7 @@ def _add_place(top: ET.Element, names: _Names, loop: Loop, leg: Leg, room: int, 
     )
 
 
-def _add_crossing(top: ET.Element, names: _Names, loop: Loop, leg: Leg, after: Leg) -> None:
+def _add_crossing(top: ET.Element, names: _Names, loop: Loop, leg: DrawnLeg, after: DrawnLeg) -> None:
     far = gap(loop.length_m, leg.end_m, after.begin_m)
     if not leg.crossings or far <= 0.0:
         return

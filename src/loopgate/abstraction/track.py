@@ -8,7 +8,7 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from loopgate.abstraction.itinerary import Itinerary, Leg
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
 from loopgate.errors import RouteError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -66,7 +66,7 @@ class Track:
     top_speed_mps: float
     rounds: tuple[Round, ...]
     edges: tuple[tuple[float, str], ...]
-    legs: tuple[Leg, ...] = ()
+    legs: tuple[DrawnLeg, ...] = ()
     position: int = 0
     keeps_lane: bool = False
     renews: bool = False
@@ -115,7 +115,7 @@ class Track:
         return self.edges[bisect_right(begins, self.start_m % self.lap_m) - 1][1]
 
 
-def continues(leg: Leg, other: Leg) -> bool:
+def continues(leg: DrawnLeg, other: DrawnLeg) -> bool:
     """Return whether a vehicle on one leg can change to another path at `other`.
 
     Both legs must be the same place with the same stop line.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
-from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track
 from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
 from loopgate.control.ledger import Ledger
@@ -56,7 +56,7 @@ class Diary:
         self._lap_m += skipped_m
         self.aim()
 
-    def drawn(self, number: int) -> Drawn:
+    def drawn(self, number: int) -> DrawnLeg:
         """Return a leg of the vehicle's endless path, as the abstraction drew it."""
         return self.track.legs[number % len(self.track.legs)]
 

@@ -6,12 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Crossing
-from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.lamps import Signal
 from loopgate.control.places import Foe, Junction, Leg, Movement, Pass, Place, joined
 
-Drawings = Sequence[Drawn]
+Drawings = Sequence[DrawnLeg]
 
 
 class Layout:

@@ -8,7 +8,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from math import inf
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.driving import Driving
@@ -111,7 +111,7 @@ class LedVehicle:
             self._driving.fronts.tops[vehicle.row] = top
             self._driving.ledger.consider(vehicle)  # the vehicle may have to ask sooner
 
-    def leg(self, number: int) -> Leg:
+    def leg(self, number: int) -> DrawnLeg:
         """Return a leg of its endless path."""
         return self.track.legs[number % len(self.track.legs)]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
@@ -30,7 +30,7 @@ from loopgate.traffic.base import Traffic
 def alone(track: Track) -> Track:
     """Return a path without requests: one endless leg in a place of the vehicle's own."""
     front_m = track.front_m
-    leg = Leg(StateId(track.vehicle), front_m, front_m + track.lap_m)
+    leg = DrawnLeg(StateId(track.vehicle), front_m, front_m + track.lap_m)
     return replace(track, legs=(leg,), position=0, start_m=front_m)
 
 

@@ -8,7 +8,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from math import inf
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track, continues
 from loopgate.network import Edge
 from loopgate.simulation.leading import LedVehicle
@@ -83,7 +83,7 @@ class WaysRound:
             ]
         return self._through[key]
 
-    def junction(self, leg: Leg) -> str:
+    def junction(self, leg: DrawnLeg) -> str:
         """Return the junction behind the stop line of a place."""
         return self._roads[leg.line.edge].to_junction
 

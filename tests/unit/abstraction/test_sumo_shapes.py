@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from roads import polygon
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.abstraction.sumo_shapes import write_shapes
 from loopgate.errors import ResultsError
 from loopgate.model import StateId
@@ -16,8 +16,8 @@ SQUARE = polygon("a:b", [(0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)])
 FREE, FOE = Crossing("m>n", frozenset()), Crossing("n>m", frozenset({"x>y"}))
 
 
-def place(name: str, begin_m: float, end_m: float, *crossings: Crossing) -> Leg:
-    return Leg(StateId(name), begin_m, end_m, crossings)
+def place(name: str, begin_m: float, end_m: float, *crossings: Crossing) -> DrawnLeg:
+    return DrawnLeg(StateId(name), begin_m, end_m, crossings)
 
 
 WAY = Itinerary(SQUARE, (place("p", 10.0, 40.0, FREE), place("q", 50.0, 190.0, FOE)))

@@ -8,7 +8,7 @@ from typing import Any, Final
 import pytest
 from fake_traffic import FakeTraffic
 
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control import crossings
 from loopgate.control.crossings import in_the_way
 from loopgate.control.lamps import Lamp, Signal
@@ -57,10 +57,10 @@ class Crossed:
         mine = Crossing("mine", frozenset({"theirs"}), {"theirs": shared}, 13.9, ahead_m[0])
         other = Crossing("theirs", frozenset({"mine"}), {"mine": theirs}, 13.9, ahead_m[1], wait_m, limits)
         ways = [
-            (Leg(StateId(f"p{name}"), 0.0, 50.0, (across,)), Leg(StateId(f"q{name}"), 70.0, 100.0))
+            (DrawnLeg(StateId(f"p{name}"), 0.0, 50.0, (across,)), DrawnLeg(StateId(f"q{name}"), 70.0, 100.0))
             for name, across in (("a", mine), ("b", other))
         ]
-        ways.append((Leg(StateId("qb"), 0.0, 30.0), Leg(StateId("r"), 50.0, 80.0)))
+        ways.append((DrawnLeg(StateId("qb"), 0.0, 30.0), DrawnLeg(StateId("r"), 50.0, 80.0)))
         traffic = FakeTraffic({})
         traffic.lights["t"] = Light("G", 1000.0, "p", 0)
         traffic.programs["t"] = Program((Phase("G", 1000.0, 1), Phase("r", 1000.0, 0)), fixed=True)
@@ -81,7 +81,7 @@ class Crossed:
         self,
         name: str,
         layout: Layout,
-        way: tuple[Leg, Leg],
+        way: tuple[DrawnLeg, DrawnLeg],
         front_m: float,
         speed: float,
         length_m: float,

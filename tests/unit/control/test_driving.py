@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fake_traffic import FakeTraffic, FakeVehicle
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
@@ -16,7 +16,7 @@ from loopgate.traffic.base import Insertion
 
 EDGES = (("a", 50.0), ("b", 50.0))
 LEGS = tuple(
-    Leg(StateId(name), 50.0 * k, 50.0 * k + 50.0, line=LanePosition(name, 0, 50.0))
+    DrawnLeg(StateId(name), 50.0 * k, 50.0 * k + 50.0, line=LanePosition(name, 0, 50.0))
     for k, name in enumerate("ab")
 )
 

@@ -8,7 +8,7 @@ import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 from shared_road import LAP_M, SharedRoad, track_of, vehicle_at
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Round, Track
 from loopgate.control import used_stops
 from loopgate.control.driving import Driving
@@ -99,8 +99,8 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_place_after() -
             lap_m=400.0,
             top_speed_mps=10.0,
             legs=(
-                Leg(StateId(first), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
-                Leg(StateId(second), 200.0, 399.0, line=LanePosition(f"{name}q", 0, 199.0)),
+                DrawnLeg(StateId(first), 0.0, 199.0, line=LanePosition(f"{name}p", 0, 199.0)),
+                DrawnLeg(StateId(second), 200.0, 399.0, line=LanePosition(f"{name}q", 0, 199.0)),
             ),
             edges=((0.0, f"{name}p"), (200.0, f"{name}q")),
             position=0 if name == "x" else 1,

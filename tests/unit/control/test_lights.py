@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fake_traffic import FakeTraffic
 
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -32,8 +32,8 @@ class Scene:
         speed: float = 0.0,
     ) -> None:
         way = (
-            Leg(StateId("a"), 0.0, LINE_M, self._crossings(ahead)),
-            Leg(StateId("b"), 150.0, 300.0, self._crossings(after)),
+            DrawnLeg(StateId("a"), 0.0, LINE_M, self._crossings(ahead)),
+            DrawnLeg(StateId("b"), 150.0, 300.0, self._crossings(after)),
         )
         self.traffic = FakeTraffic({})
         signals = {f"over {name}": Signal(Lamp(name, self.traffic), 0, 10.0) for name, _ in (*ahead, *after)}

@@ -9,7 +9,7 @@ import pytest
 from by_hand import ByHand, by_hand
 
 from builders import system
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.gates import Decision, Gate, Reason, make_gate
 from loopgate.model import Configuration, System
 from loopgate.negotiation.simple import OldestFirst
@@ -21,8 +21,8 @@ def keeper(robots: System, crossings: Mapping[str, Crossing], gate: Gate | None 
     """Let each vehicle of two places drive from the first to the second over its crossing, if it has one."""
     legs = [
         (
-            Leg(robot.path[0], 0.0, 9.0, (crossings[robot.id],) if robot.id in crossings else ()),
-            Leg(robot.path[1], 10.0, 19.0),
+            DrawnLeg(robot.path[0], 0.0, 9.0, (crossings[robot.id],) if robot.id in crossings else ()),
+            DrawnLeg(robot.path[1], 10.0, 19.0),
         )
         for robot in robots.robots
     ]

@@ -8,7 +8,7 @@ from math import inf
 import pytest
 from fake_traffic import FakeTraffic
 
-from loopgate.abstraction.itinerary import Crossing, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.brakes import Brakes
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -50,7 +50,10 @@ class Scene:
         ways = []
         for name, foe in ("ab", "ba"):
             over = Crossing(name, frozenset({foe}), {foe: SHARED}, TOP, 0.0)
-            legs = (Leg(StateId(f"p{name}"), 0.0, 50.0, (over,)), Leg(StateId(f"q{name}"), 70.0, 170.0))
+            legs = (
+                DrawnLeg(StateId(f"p{name}"), 0.0, 50.0, (over,)),
+                DrawnLeg(StateId(f"q{name}"), 70.0, 170.0),
+            )
             ways.append(legs)
         layout = Layout(dict.fromkeys(("pa", "qa", "pb", "qb"), 3), ways)
         self.ledger = Ledger(usual())

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.abstraction.places import QueuePlace
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
 from loopgate.abstraction.track import Track, make_track
@@ -76,7 +76,7 @@ def _as_before(now: QueuePlace | None, before: QueuePlace) -> bool:
     return now is not None and (now.length_m, now.capacity) == (before.length_m, before.capacity)
 
 
-def _among(movements: set[str], legs: tuple[Leg, ...]) -> list[Leg]:
+def _among(movements: set[str], legs: tuple[DrawnLeg, ...]) -> list[DrawnLeg]:
     """Return the legs without conflicts that involve other movements than these."""
     return [replace(leg, crossings=tuple(_without(movements, c) for c in leg.crossings)) for leg in legs]
 

@@ -10,7 +10,7 @@ from typing import Protocol
 from shapely import LineString, Point, get_coordinates
 from shapely.ops import substring
 
-from loopgate.abstraction.itinerary import Leg
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.network import RoadNetwork
 from loopgate.network.records import Connection
 
@@ -26,7 +26,7 @@ class Driven(Protocol):
     """The path of a vehicle as a sequence of legs, as this module needs it."""
 
     @property
-    def legs(self) -> Sequence[Leg]:
+    def legs(self) -> Sequence[DrawnLeg]:
         """Its places in driving order."""
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from loopgate.abstraction.itinerary import Leg as Drawn
+from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.control.lamps import Lamp
 from loopgate.control.places import Leg, Vehicle
 from loopgate.control.roads import Across, Approach, Edge, Lane, Lookout, Stretch, Turn
@@ -29,7 +29,7 @@ PROMISE = (
 
 
 class _Path(NamedTuple):
-    legs: Sequence[Drawn]
+    legs: Sequence[DrawnLeg]
 
 
 class _Behind(NamedTuple):
@@ -57,7 +57,7 @@ class LaidRoads:
         self.slack = Slack()
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
-    def add(self, path: Sequence[Leg], way: Sequence[Drawn]) -> None:
+    def add(self, path: Sequence[Leg], way: Sequence[DrawnLeg]) -> None:
         """Add positions on the road, and the checks before each crossing, to the legs of a path."""
         drawn = _Path(way)
         for position, leg in enumerate(path):

@@ -7,7 +7,7 @@ from math import inf
 import pytest
 from roads import polygon
 
-from loopgate.abstraction.itinerary import Crossing, Itinerary, Leg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.model import StateId
 from loopgate.simulation.surroundings.lights import ShownLights, longest_closed_s
 from loopgate.traffic.base import Phase, Program
@@ -31,7 +31,7 @@ def shown(letters: str) -> ShownLights:
         for n, (letter, longest_s) in enumerate(zip(letters, (50.0, 1000.0), strict=True))
     )
     lights = ShownLights(lambda _: Program(phases, fixed=True))
-    leg = Leg(StateId("a"), 0.0, 100.0, (Crossing("over t", frozenset()),))
+    leg = DrawnLeg(StateId("a"), 0.0, 100.0, (Crossing("over t", frozenset()),))
     lights.plan([Itinerary(polygon("loop", [(0.0, 0.0), (200.0, 0.0)]), (leg,))], {"over t": ("t", 0)})
     return lights
 
