@@ -60,8 +60,7 @@ _LONGEST_VEHICLE_M = 1e3
 @click.option(
     "-o", "--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the system file (JSON)."
 )
-@click.option("--all", "every", is_flag=True, help="Print every loop, place, crossing or zone.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON only: every loop, place, crossing or zone.")
 def inspect(
     network: str,
     *,
@@ -138,4 +137,4 @@ def _look_at_trips(network: str, routes: Path | None, stops: str | None, wanted:
             msg = f"{routes or network}: its vehicles drive their routes once; {option} is for loops only"
             raise ScenarioError(msg)
     scenario = Scenario(network=network, routes=str(routes or ""), stops=stops or "", seed=wanted.seed)
-    look_at_trips(scenario, every=wanted.every, as_json=wanted.as_json)
+    look_at_trips(scenario, as_json=wanted.as_json)

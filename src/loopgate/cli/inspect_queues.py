@@ -18,7 +18,6 @@ from loopgate.cli.inspect_shared import (
     Wanted,
     common_data,
     loops_data,
-    print_loops,
     print_reach,
     print_warnings,
 )
@@ -32,8 +31,6 @@ from loopgate.reading import counted, listed
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
-
-_MOST_CONFLICTS = 3
 
 _User = tuple[str, Loop, VehicleType]
 """A vehicle: its name, its loop and its type."""
@@ -67,7 +64,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     if wanted.as_json:
         print_json(_data(seen))
     else:
-        _print(seen, every=wanted.every)
+        _print(seen)
     if wanted.picture is not None:
         from loopgate.report.queue_map import draw_queues
 
@@ -213,8 +210,8 @@ def _metres(metres: float | None) -> float | None:
     return None if metres is None else round(metres, 2)
 
 
-def _print(seen: _Seen, *, every: bool) -> None:
-    """Print the loops that work, their slots and their reach; with `--all` every loop and place."""
+def _print(seen: _Seen) -> None:
+    """Print the loops that work, their slots and their reach, and the loops that cannot work."""
     out, found = console(), seen.found
     if found.loops:
         _print_room(out, seen)
@@ -226,60 +223,8 @@ def _print(seen: _Seen, *, every: bool) -> None:
             ((r.loop.id, r.edge or "", r.reason) for r in found.refused),
             left=("loop", "edge", "why: it ..."),
         )
-    if found.loops and every:
-        print_loops(out, seen.shares, states="places", visits="of them shared")
-        _print_places(out, found)
-        _print_crossings(out, found)
-        _print_joined(out, found)
-    elif found.loops:
-        out.print("--all prints every loop, place and crossing", style="dim")
-
-
-def _print_places(out: Console, found: QueueSurvey) -> None:
-    places = sorted(found.places, key=lambda place: -len(place.loops))
-    print_table(
-        out,
-        f"{counted(len(places), 'place')} for {found.holds} vehicles, the most visited first",
-        ("lane", "length [m]", "holds", "at the start", "loops", "which"),
-        (
-            (place.id, place.length_m, place.capacity, place.at_start, len(place.loops), listed(place.loops))
-            for place in places
-        ),
-        left=("lane", "which"),
-    )
-
-
-def _print_crossings(out: Console, found: QueueSurvey) -> None:
-    crossings = sorted(found.crossings, key=lambda crossing: -len(crossing.conflicts))
-    rows = []
-    for crossing in crossings:
-        shared = [
-            f"{conflict.foe} {'all' if conflict.shared_m is None else f'{conflict.shared_m:.1f} m'}"
-            + ("" if conflict.listed else " (unlisted)")
-            for conflict in crossing.conflicts
-        ]
-        # Conflicts that the network does not list are what one looks for: they come first.
-        shared.sort(key=lambda text: not text.endswith("(unlisted)"))
-        some = listed(shared, _MOST_CONFLICTS)
-        rows.append((crossing.id, crossing.length_m, len(crossing.loops), len(shared), some))
-    print_table(
-        out,
-        f"{counted(len(rows), 'crossing')} with {counted(found.conflicts, 'conflict')}",
-        ("movement", "length [m]", "loops", "conflicts", "conflicting movement: shared length"),
-        rows,
-        left=("movement", "conflicting movement: shared length"),
-    )
-
-
-def _print_joined(out: Console, found: QueueSurvey) -> None:
-    if found.joined:
-        print_table(
-            out,
-            f"{counted(len(found.joined), 'lane')} too short to queue on, joined to their crossings",
-            ("lane", "length [m]", "loops"),
-            ((lane.lane, lane.length_m, len(lane.loops)) for lane in found.joined),
-            left=("lane",),
-        )
+    if found.loops:
+        out.print("--json lists every loop, place and crossing", style="dim")
 
 
 def _print_fleet(out: Console, file: RoutesFile) -> None:

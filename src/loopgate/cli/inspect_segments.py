@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rich.console import Console
-
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.segments import SegmentLayout, lay_out_segments, place_vehicles
 from loopgate.abstraction.sumo_shapes import write_shapes
@@ -14,17 +12,16 @@ from loopgate.cli.inspect_shared import (
     Wanted,
     common_data,
     loops_data,
-    print_loops,
     print_reach,
     print_warnings,
 )
 from loopgate.cli.json_output import print_json
-from loopgate.cli.tables import console, print_table
+from loopgate.cli.tables import console
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile
 from loopgate.network.coverage import Coverage, measure_coverage
-from loopgate.reading import counted, listed
+from loopgate.reading import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +53,7 @@ def look_at_segments(
     if wanted.as_json:
         print_json(_data(seen, found))
     else:
-        _print(seen, found, every=wanted.every)
+        _print(seen, found)
     if wanted.picture is not None:
         from loopgate.report.network_map import draw_map
 
@@ -113,8 +110,8 @@ def _data(seen: _Seen, found: Survey) -> dict[str, Any]:
     }
 
 
-def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
-    """Print the shared length and the reach; with `--all` every loop and zone."""
+def _print(seen: _Seen, found: Survey) -> None:
+    """Print the shared length and the reach."""
     out = console()
     out.print(
         f"{counted(len(found.loops), 'loop')}, {counted(len(found.zones), 'zone')} for one vehicle each, "
@@ -125,18 +122,4 @@ def _print(seen: _Seen, found: Survey, *, every: bool) -> None:
     out.print(f"{found.shared:.1%} of {km:.1f} km lie in zones that loops share")
     print_reach(out, seen.coverage)
     print_warnings(out, seen.warnings)
-    if every:
-        _print_all(out, found)
-    else:
-        out.print("--all prints every loop and zone", style="dim")
-
-
-def _print_all(out: Console, found: Survey) -> None:
-    print_loops(out, found, states="states", visits="zones passed")
-    print_table(
-        out,
-        counted(len(found.zones), "zone"),
-        ("zone", "length [m]", "visits", "loops"),
-        ((zone.state, round(zone.length_m), zone.visits, listed(zone.loops)) for zone in found.zones),
-        left=("zone", "loops"),
-    )
+    out.print("--json lists every loop and zone", style="dim")

@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from loopgate.cli.tables import print_table
-from loopgate.reading import counted, listed
-
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -31,8 +28,6 @@ class Wanted:
     out: Path | None
     """`picture`, `additional` and `out`: files to write, if any: the map, the shapes for SUMO's own tools,
     the system."""
-    every: bool
-    """Whether long tables are printed in full."""
     as_json: bool
     """Whether JSON is printed instead of tables."""
 
@@ -76,28 +71,6 @@ def common_data(
         "starts_m": [round(front, 2) for front in placed.starts_m] if placed else None,
         "warnings": warnings,
     }
-
-
-def print_loops(out: Console, found: Survey, *, states: str, visits: str) -> None:
-    """Print a table of all loops; `states` and `visits` head the columns of states and shared visits."""
-    print_table(
-        out,
-        counted(len(found.loops), "loop"),
-        ("loop", "length [m]", states, visits, "shared [m]", "shared", "meets"),
-        (
-            (
-                loop.loop,
-                round(loop.length_m),
-                loop.states,
-                loop.visits,
-                round(loop.shared_m),
-                f"{loop.shared:.0%}",
-                listed(loop.meets),
-            )
-            for loop in found.loops
-        ),
-        left=("loop", "meets"),
-    )
 
 
 def print_reach(out: Console, coverage: Coverage, *, begin: str = "") -> None:

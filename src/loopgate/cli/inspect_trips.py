@@ -12,7 +12,7 @@ from loopgate.simulation.scenario import Scenario
 _MOST_ROWS = 40
 
 
-def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
+def look_at_trips(scenario: Scenario, *, as_json: bool) -> None:
     """Show which vehicles of a scenario `loopgate run` puts under the gate.
 
     Raises `LoopgateError` if they cannot be run.
@@ -31,7 +31,7 @@ def look_at_trips(scenario: Scenario, *, every: bool, as_json: bool) -> None:
         for v in data["vehicles"]
     ]
     left = ("vehicle", "from", "to")
-    print_table(to, title, columns, rows, left=left, most=None if every else _MOST_ROWS)
+    print_table(to, title, columns, rows, left=left, most=_MOST_ROWS)
     places, ways = counted(data["places"], "place"), counted(data["ways"], "way")
     to.print(f"{places} with {counted(data['slots'], 'slot')} on {ways}", markup=False)
     print_warnings(to, data["warnings"])

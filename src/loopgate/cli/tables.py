@@ -41,7 +41,7 @@ def print_table(
         table.add_row(*(escape(f"{cell:.1f}" if isinstance(cell, float) else str(cell)) for cell in row))
     to.print(table)
     if most is not None and len(every) > most:
-        to.print(f"... and {len(every) - most} more rows (--all prints all, --json lists all)")
+        to.print(f"... and {len(every) - most} more rows (--json lists all)")
 
 
 def deadlock_text(deadlock: Mapping[str, Any]) -> str:
