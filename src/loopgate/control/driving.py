@@ -21,7 +21,6 @@ from loopgate.control.lights import Lights
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.paths import Paths
 from loopgate.control.places import Leg, Make, Vehicle
-from loopgate.control.pressure import Pressure
 from loopgate.control.rolling import Rolling
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
@@ -52,10 +51,10 @@ class Driving:
         For each vehicle, its stops in a round, in the order of its loop.
     has_room
         Returns whether ordinary vehicles leave space for a vehicle in its place.
-    pressing
-        The pressure order, if its share of crowded places follows from the number of vehicles on loops.
     spacing
         Spaces vehicles on loops; its rule is one of the ledger's.
+    rolls
+        Whether refused vehicles slow down early.
     """
 
     def __init__(
@@ -66,8 +65,9 @@ class Driving:
         sight: Sight | None = None,
         stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
         has_room: Callable[[Vehicle], bool] = lambda _: True,
-        pressing: Pressure | None = None,
         spacing: Spacing | None = None,
+        *,
+        rolls: bool = False,
     ) -> None:
         self._traffic, self.ledger, self.sight = traffic, ledger, sight
         self._gated = bool(ledger.rules)
@@ -77,7 +77,7 @@ class Driving:
         """The events: time [s], vehicle, event, place, reason."""
         self.stages: dict[int, str] = {}
         """The stage of the gate that decided, by number of the event in `rows`."""
-        self._pressing, self._spacing = pressing, spacing
+        self._spacing = spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
         self._round: dict[str, list[Leg]] = {}
@@ -91,7 +91,7 @@ class Driving:
         self.used_stops = UsedStops(traffic)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
-        self.rolling = Rolling(traffic, self.brakes)
+        self._rolling = Rolling(traffic, self.brakes, on=rolls)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
@@ -162,10 +162,10 @@ class Driving:
 
     def _leave_room(self) -> None:
         """Set the share of slots from which places are crowded."""
-        if self._pressing is not None:
+        if self.ledger.pressing is not None:
             paths = {id(path): path for path in self._round.values()}
             places = {leg.place: None for path in paths.values() for leg in path}
-            self._pressing.room_for(len(self.ledger.vehicles), places)
+            self.ledger.pressing.room_for(len(self.ledger.vehicles), places)
 
     @property
     def once(self) -> int:
@@ -198,7 +198,7 @@ class Driving:
         self.used_stops.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
-        self.rolling.forget(vehicle)
+        self._rolling.forget(vehicle)
         self.stops.forget(vehicle)
         if self._spacing is not None:
             self._spacing.forget(vehicle)
@@ -254,7 +254,7 @@ class Driving:
         """Act after a step of SUMO: read the vehicles, answer requests, and hold or release vehicles."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
-        self.rolling.lift()
+        self._rolling.lift()
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
                 self.leave(name, "arrived")
@@ -309,7 +309,7 @@ class Driving:
         self.lights.look(gone, stay)
         if self.is_courteous:
             self._courtesy.look(gone)
-        self.rolling.look()
+        self._rolling.look()
 
     def _halts(self, account: Account, now_s: float) -> None:
         """Record that a vehicle has come to rest at the stop line where it is held."""

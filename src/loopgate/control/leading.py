@@ -7,12 +7,6 @@ from math import inf
 from loopgate.control.chain import closes_by_turning
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Body, Leg, Make, Vehicle
-from loopgate.control.refusal import Refusal
-
-
-def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse a vehicle that gets no grants for now, for the reason in `Vehicle.withheld`."""
-    return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
 def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:

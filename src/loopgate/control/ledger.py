@@ -36,6 +36,8 @@ class Ledger(Holdings):
         gives the same grants: tests of the wake lists use it.
     order
         The order in which vehicles go on; by default the vehicle with the highest pressure goes first.
+    pressing
+        The pressure order, if its share of crowded places follows from the number of vehicles on loops.
 
     Examples
     --------
@@ -56,15 +58,18 @@ class Ledger(Holdings):
         everybody: bool = False,
         step_s: float = 1.0,
         order: Order | None = None,
+        pressing: Pressure | None = None,
     ) -> None:
         super().__init__(step_s)
         self.rules: Final = rules
         self.order: Final = order or Pressure().order
+        self.pressing: Final = pressing
         self.everybody: Final = everybody
         self.keeping: Final = Keeping(self.waiting)
-        self.on_grant: Callable[[Vehicle], None] = lambda _: None
-        self.stage_of: Callable[[Vehicle], str] = lambda _: CHAIN
-        """Returns the stage of the gate that lets a vehicle go."""
+        self.on_grant: Callable[[Vehicle], None] | None = None
+        """Called with each vehicle that gets a grant."""
+        self.stage_of: Callable[[Vehicle], str] | None = None
+        """Returns the stage of the gate that lets a vehicle go; None where the chain rule does."""
         self.looked_at = self.decisions = 0
         self.refusals: dict[str, int] = {}
         """How often each reason was given."""
@@ -222,8 +227,10 @@ class Ledger(Holdings):
         was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
-        self.log.append((GRANTED, vehicle, after.place, "", self.stage_of(vehicle)))
-        self.on_grant(vehicle)
+        stage = CHAIN if self.stage_of is None else self.stage_of(vehicle)
+        self.log.append((GRANTED, vehicle, after.place, "", stage))
+        if self.on_grant is not None:
+            self.on_grant(vehicle)
         body = self._go_in(vehicle, begins_m)
         if was_settled:  # otherwise it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()

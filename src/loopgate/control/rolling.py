@@ -46,11 +46,11 @@ _SPEEDS: Final = 7
 
 
 class Rolling:
-    """Slows vehicles that brake for their stop lines, if it is switched `on`."""
+    """Slows vehicles that brake for their stop lines, if `on`."""
 
-    def __init__(self, traffic: Traffic, brakes: Brakes) -> None:
+    def __init__(self, traffic: Traffic, brakes: Brakes, *, on: bool = True) -> None:
         self._traffic, self._brakes = traffic, brakes
-        self.on = False
+        self._on = on
         self._slowed: dict[Vehicle, None] = {}
         self._limits: dict[tuple[float, float, float, float, float, int], float] = {}
         """The limits found so far [m/s]."""
@@ -68,7 +68,7 @@ class Rolling:
     def look(self) -> None:
         """Set speed limits for the next step; call it once in each step, after all answers."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
-        for vehicle in self._brakes.braking if self.on else ():
+        for vehicle in self._brakes.braking if self._on else ():
             if not may_be_slowed(vehicle, now_s, step_s):
                 continue
             speed = self._limit(vehicle, free_in_s(vehicle, now_s, step_s), step_s)

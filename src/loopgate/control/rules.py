@@ -12,7 +12,6 @@ from typing import Final
 from loopgate.control.chain import full_after
 from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
-from loopgate.control.leading import withheld
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import CHAIN, Refusal, Rule
 
@@ -53,6 +52,11 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
     if other.until_m == -inf:
         return _CROSSING
     return Refusal("crossing", passed=other.vehicle, passed_m=other.until_m)
+
+
+def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
+    """Refuse a vehicle that gets no grants for now, for the reason in `Vehicle.withheld`."""
+    return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
 def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:

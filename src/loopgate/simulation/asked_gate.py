@@ -11,7 +11,7 @@ from typing import Final
 from loopgate.control.ledger import Ledger, Order
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing
-from loopgate.control.refusal import CHAIN, Refusal, Rule
+from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.rules import chain, usual
 from loopgate.gates import Decision, Gate
 from loopgate.gates.careful import careful
@@ -198,15 +198,12 @@ class Deciding:
     ----------
     asked
         The gate; None if it is the chain rule and stays so.
-    pressing
-        The pressure order, if its share of crowded places follows from the number of vehicles on loops.
     """
 
     def __init__(
         self, system: System | None, gate: Gate | None, negotiation: Negotiation, serve_after_s: float
     ) -> None:
         self.asked = None if gate is not None and by_chain(gate) else AskedGate()
-        self.pressing: Pressing | None = None
         self._made = (system, gate) if system is not None and gate is not None else None
         self._negotiation, self._serve_after_s = negotiation, serve_after_s or inf
         self._negotiated: Negotiated | None = None
@@ -218,15 +215,19 @@ class Deciding:
         """
         negotiation = self._negotiation
         order: Order
+        pressing = None
         if type(negotiation) is Pressure:
             crowded, patience_s, wait_s = negotiation.figures
-            pressing = Pressing(crowded if negotiation.given else inf, patience_s, wait_s)
-            self.pressing = None if negotiation.given else pressing
-            order = pressing.order
+            pressure = Pressing(crowded if negotiation.given else inf, patience_s, wait_s)
+            pressing = None if negotiation.given else pressure
+            order = pressure.order
         else:
             self._negotiated = Negotiated(None, negotiation)
             order = self._negotiated.order
-        self._ledger = ledger = Ledger(usual(outside), everybody=everybody, step_s=step_s, order=order)
+        rules = usual(outside)
+        self._ledger = ledger = Ledger(
+            rules, everybody=everybody, step_s=step_s, order=order, pressing=pressing
+        )
         ledger.keeping.outside = outside
         if self._made is not None:
             self.go_by(*self._made)
@@ -238,7 +239,7 @@ class Deciding:
         everyone = chained and getattr(gate, "promise", "") == "everyone"
         ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
         if asked is None or chained:
-            ledger.rules[-1], ledger.on_grant, ledger.stage_of = chain, _tell_nobody, _by_chain
+            ledger.rules[-1], ledger.on_grant, ledger.stage_of = chain, None, None
         else:
             ledger.rules[-1], ledger.on_grant, ledger.stage_of = asked.allows, asked.moved, asked.stage_of
             asked.go_by(system, gate)
@@ -251,12 +252,3 @@ class Deciding:
         """Store all places, by name."""
         if self._negotiated is not None:
             self._negotiated.places = places
-
-
-def _by_chain(_: Vehicle) -> str:
-    """Return the chain rule as the stage that decided."""
-    return CHAIN
-
-
-def _tell_nobody(_: Vehicle) -> None:
-    """Do nothing after a grant."""

@@ -169,12 +169,11 @@ def make_driving(
         sight=roads.sight if roads else None,
         stops=assembly.stops,
         has_room=roads.has_room if roads else lambda _: True,
-        pressing=deciding.pressing if deciding else None,
         spacing=spacing,
+        rolls=scenario.arriving == "rolling" and roads is None and air is None,
     )
     if deciding is not None:
         deciding.know(driving.paths.places)
-        driving.rolling.on = scenario.arriving == "rolling" and roads is None
     lights = ObeyedLights(
         lamps,
         signals,

@@ -73,7 +73,6 @@ class Scene:
         self.brakes = Brakes(self.traffic, [])
         self.brakes.holds(self.a)
         self.rolling = Rolling(self.traffic, self.brakes)
-        self.rolling.on = True
 
 
 @pytest.mark.parametrize("inside_m", [0.0, 1.0, 2.0, 4.0, 6.0])
@@ -184,13 +183,9 @@ def test_a_limit_holds_for_a_step() -> None:
     assert scene.traffic.limits == {}
 
 
-def test_nobody_is_slowed_who_does_not_brake_for_a_line_or_if_it_is_off() -> None:
+def test_nobody_is_slowed_who_does_not_brake_for_a_line() -> None:
     """A vehicle that cannot be stopped at its line is braked, and no limit may undo that."""
     scene = Scene(7.5, 0.0, 1.0)
-    scene.rolling.on = False
-    scene.rolling.look()
-    assert not scene.traffic.limits
-    scene.rolling.on = True
     scene.brakes.forget(scene.a)
     scene.rolling.look()
     assert not scene.traffic.limits

@@ -104,7 +104,7 @@ def test_the_chain_rule_alone_is_asked_by_the_ledger_itself() -> None:
     for promise, serve_after_s in (("everyone", 60.0), ("somebody", inf)):
         deciding = Deciding(system, make_gate(f"certified:promise={promise}", system), orders, 60.0)
         ledger = deciding.ledger([], step_s=1.0)
-        assert (deciding.asked, deciding.pressing) == (None, None)
+        assert (deciding.asked, ledger.pressing) == (None, None)
         assert ledger.keeping.serve_after_s == serve_after_s
 
 

@@ -73,7 +73,6 @@ class Fleet:
             ledger,
             sight=roads.sight,
             has_room=roads.has_room,
-            pressing=deciding.pressing,
         )
         self._driving.is_courteous = False
         self._ledger = ledger
