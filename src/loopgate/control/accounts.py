@@ -6,28 +6,21 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
-import numpy as np
-
-from loopgate.arrays import Floats
-from loopgate.control.diary import Diary
+from loopgate.control.diary import LEAP_MPS, Diary, Seen
 from loopgate.control.motion import STANDING_MPS
 from loopgate.traffic.base import Traffic
-
-_LEAP_MPS: Final = 5.0
-"""An odometer that is this much faster than the top speed of its vehicle has leapt [m/s]."""
-
 
 class Account:
     """The counters of one vehicle.
 
-    `stood_s`: how long it has stood, anywhere [s]. `leapt_m`: the leaps of its odometer, which are not driven
-    [m]. `halted_s`: since when it stands at the stop line where it is held [s]; infinite if it does not.
+    `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it stands at the
+    stop line where it is held [s]; infinite if it does not.
     """
 
     def __init__(self, diary: Diary) -> None:
         self.diary = diary
         self.vehicle: Final = diary.vehicle
-        self.stood_s = self.leapt_m = 0.0
+        self.leapt_m = 0.0
         self.halted_s = inf
         self._held_s = 0.0
         self._from_m = diary.vehicle.front_m
@@ -37,6 +30,11 @@ class Account:
     def laps(self) -> int:
         """Number of laps since the measured time began."""
         return self.diary.laps - self._laps_before
+
+    @property
+    def stood_s(self) -> float:
+        """How long it has stood, anywhere [s]."""
+        return self.vehicle.stood_s
 
     @property
     def distance_m(self) -> float:
@@ -99,22 +97,23 @@ class Accounts:
         del self.of[account.vehicle.name]
         self._laps += account.diary.laps
 
-    def look(self, diaries: Sequence[Diary], moved_m: Floats, tops: Floats) -> None:
-        """Count one step; each vehicle moved `moved_m` [m] and has the top speed `tops` [m/s]."""
-        step_s, now_s = self._traffic.step_s, self._traffic.now_s
+    def look(self, seen: Seen, there: int, driven_m: float) -> None:
+        """Count one step, in which the first `there` vehicles came `driven_m` [m] in all."""
         self._steps += 1
-        self._driven_m += float(moved_m.sum())
-        for row in np.flatnonzero(moved_m > (tops + _LEAP_MPS) * step_s).tolist():
-            self._note_leap(diaries[row], float(moved_m[row]), now_s)
-        standing = np.flatnonzero(moved_m < STANDING_MPS * step_s).tolist()
-        self._stand([diaries[row] for row in standing], step_s, now_s)
+        self._driven_m += driven_m
+        for diary, moved_m in seen.fast:
+            if moved_m > (diary.vehicle.make.top + LEAP_MPS) * self._traffic.step_s:
+                self._note_leap(diary, moved_m, self._traffic.now_s)
+        # A vehicle does not move in the step in which it departs.
+        standing = [diary for diary in seen.still if diary.vehicle.row < there]
+        self._stand(standing, self._traffic.step_s, self._traffic.now_s)
 
     def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
         self._standing += len(diaries)
         if now_s >= self.counts_from_s:
-            of, stood_s = self.of, self.stood_s
+            stood_s = self.stood_s
             for diary in diaries:
-                of[diary.vehicle.name].stood_s += step_s
+                diary.vehicle.stood_s += step_s
                 stood_s[diary.edge] = stood_s.get(diary.edge, 0.0) + step_s
 
     def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:

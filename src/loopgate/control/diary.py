@@ -10,10 +10,14 @@ from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track
 from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
 from loopgate.control.ledger import Ledger
+from loopgate.control.motion import STANDING_MPS
 from loopgate.control.places import Leg, Vehicle
 
 Row = tuple[float, str, str, str, str]
 """An event: time [s], vehicle, event, place, reason."""
+
+LEAP_MPS: Final = 5.0
+"""An odometer that is this much faster than the top speed of its vehicle has leapt [m/s]."""
 
 # Values of `loopgate.results.columns.Event`.
 EDGE: Final = "edge"
@@ -98,32 +102,42 @@ class Diary:
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
 
 
-def look(
-    diaries: list[Diary],
-    fronts_m: list[float],
-    speeds: list[float],
-    ledger: Ledger,
-    rows: list[Row],
-) -> list[Vehicle]:
-    """Set the fronts [m] and speeds [m/s] of all vehicles, and record what they have reached.
+class Seen:
+    """What `look` has found.
 
-    Return the vehicles whose route SUMO has renewed.
+    `renewed`: the vehicles whose route SUMO has renewed. `still`: the diaries of the vehicles that stand.
+    `fast`: the diaries of the vehicles faster than `LEAP_MPS`, with the distances they came [m].
     """
-    due: list[Diary] = []
-    for diary, front_m, speed in zip(diaries, fronts_m, speeds, strict=True):
+
+    def __init__(self) -> None:
+        self.renewed: list[Vehicle] = []
+        self.still: list[Diary] = []
+        self.fast: list[tuple[Diary, float]] = []
+
+
+def look(diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]) -> Seen:
+    """Set the fronts [m] and speeds of all vehicles, and record what they have reached."""
+    seen, due, step_s = Seen(), list[Diary](), ledger.step_s
+    still, fast = seen.still, seen.fast
+    still_m, fast_m = STANDING_MPS * step_s, LEAP_MPS * step_s
+    for diary, front_m in zip(diaries, fronts_m, strict=True):
         vehicle = diary.vehicle
+        moved_m = front_m - vehicle.front_m
         vehicle.front_m = front_m
-        vehicle.speed = speed
+        vehicle.speed = moved_m / step_s
         if front_m >= vehicle.due_m or front_m >= diary.due_m:
             due.append(diary)
-    renewed: list[Vehicle] = []
+        if moved_m < still_m:
+            still.append(diary)
+        elif moved_m > fast_m:
+            fast.append((diary, moved_m))
     for diary in due:
         vehicle = diary.vehicle
         if vehicle.front_m >= diary.due_m and diary.pass_by(ledger.now_s, rows):
-            renewed.append(vehicle)
+            seen.renewed.append(vehicle)
         if vehicle.front_m >= vehicle.due_m:
             ledger.passed(vehicle)
-    return renewed
+    return seen
 
 
 def write_down(

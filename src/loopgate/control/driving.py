@@ -221,7 +221,6 @@ class Driving:
         by_m = turn_off(self.ledger, vehicle, path[track.position], kind, track.lap_m)
         row = vehicle.row
         self.fronts.shift(row, by_m)
-        self.fronts.tops[row] = kind.top
         diary = self.diaries[row] = Diary(vehicle, track, path, self.diaries[row].laps)
         self.accounts.of[vehicle.name].turns_off(diary, by_m)
         self.used_stops.turned_off(vehicle)
@@ -260,13 +259,12 @@ class Driving:
                 self.leave(name, "arrived")
         there = len(self.diaries)
         self.arrivals.come(self.welcome)
-        moved_m = self.fronts.read()
-        at_m, speeds = self.fronts.at_m.tolist(), (moved_m / self._traffic.step_s).tolist()
-        for vehicle in look(self.diaries, at_m, speeds, self.ledger, self.rows):
+        fronts_m, driven_m = self.fronts.read(there)
+        seen = look(self.diaries, fronts_m, self.ledger, self.rows)
+        for vehicle in seen.renewed:
             self._hold_anew(vehicle)
         self.brakes.look()
-        # A vehicle does not move in the step in which it departs.
-        self.accounts.look(self.diaries[:there], moved_m[:there], self.fronts.tops[:there])
+        self.accounts.look(seen, there, driven_m)
         for name in self._traffic.halted():
             if name in self.accounts.of:
                 self._halts(self.accounts.of[name], now_s)

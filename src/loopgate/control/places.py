@@ -251,7 +251,8 @@ class Vehicle:
     stop line, the end of the last granted leg [m]. `due_m`: arc length at which the ledger must act next [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
-    `steered`: whether it is led to a lane, and makes no request. `stop_m`: arc length at which it stops by
+    `steered`: whether it is led to a lane, and makes no request. `stood_s`: how long it has stood, anywhere
+    [s]. `stop_m`: arc length at which it stops by
     itself [m]. `parks`: whether it stands there beside its lane and holds its slot. `beside`: whether it
     holds no slot, because it is parked or not yet back on the road. `astray`: whether it was last seen beyond
     its stop line.
@@ -261,7 +262,7 @@ class Vehicle:
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "due_m", "front_m",
         "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "make", "mover", "name",
         "near", "number", "parks", "reason", "refused_s", "request", "row", "since_s", "speed", "steered",
-        "stop_m", "trips", "watchers", "withheld", "woken",
+        "stood_s", "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -292,8 +293,7 @@ class Vehicle:
         self.reason = ""
         self.refused_s: dict[str, float] = {}
         self.blocked_s = -inf
-        self.since_s = 0.0
-        self.longest_s = 0.0
+        self.since_s = self.longest_s = self.stood_s = 0.0
 
     def stops_here(self) -> bool:
         """Return whether it stops by itself before its stop line."""

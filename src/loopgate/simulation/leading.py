@@ -108,7 +108,6 @@ class LedVehicle:
         now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste)
         if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
             vehicle.make = Make(*now, foreseen=before.foreseen)
-            self._driving.fronts.tops[vehicle.row] = top
             self._driving.ledger.consider(vehicle)  # the vehicle may have to ask sooner
 
     def leg(self, number: int) -> DrawnLeg:
