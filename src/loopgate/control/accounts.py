@@ -10,6 +10,7 @@ from loopgate.control.diary import LEAP_MPS, Diary, Seen
 from loopgate.control.motion import STANDING_MPS
 from loopgate.traffic.base import Traffic
 
+
 class Account:
     """The counters of one vehicle.
 

@@ -43,6 +43,7 @@ class Diary:
         self.laps = laps
         self.path: Final = path
         self._edges: Final = [edge for _, edge in track.edges]
+        self._renewed_on: Final = track.renewed_on
         self._begins_m: Final = [float(begin_m) for begin_m, _ in track.edges]
         self.edge = self._edges[-1]
         self._edge = 0
@@ -78,7 +79,7 @@ class Diary:
         name, front_m, renewed = self.vehicle.name, self.vehicle.front_m, False
         while front_m >= self._edge_m:
             edge = self._edges[self._edge]
-            if edge == self.track.renewed_on:
+            if edge == self._renewed_on:
                 renewed = True
             rows.append((now_s, name, EDGE, edge, ""))
             self._next_edge()

@@ -177,6 +177,11 @@ class Driving:
         """The paths of the vehicles on the road that drive loops."""
         return self._round.values()
 
+    @property
+    def granted(self) -> list[int]:
+        """The number of the last leg granted to each vehicle, in the order of `diaries`."""
+        return [diary.vehicle.granted for diary in self.diaries]
+
     def leave(self, name: str, why: str = "left") -> None:
         """Release a vehicle, wherever it is; the slots and crossings that it holds become free."""
         vehicle = self.ledger.vehicles[name]

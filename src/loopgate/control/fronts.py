@@ -77,6 +77,10 @@ class Fronts:
         self._fronts_m = self._at_m.tolist()
         return self._fronts_m, float(np.add.reduce((self._at_m - before)[:there]))
 
+    def odometer(self, row: int) -> float:
+        """Return the odometer of the vehicle in a row as it was after the last step [m]."""
+        return self._fronts_m[row] - self._offsets_m[row]
+
     def odometers(self) -> Floats:
         """Return the odometers as they were after the last step [m]."""
         return self.at_m - self._offset_m

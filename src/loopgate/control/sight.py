@@ -39,19 +39,25 @@ class Map:
 
 
 class Sight:
-    """All ordinary vehicles on the road, as they were after the last step."""
+    """All ordinary vehicles on the road, as they were after the last step.
+
+    `reads_all`: whether it reads gated vehicles too, since an observer asks for all positions.
+    """
 
     def __init__(self, roads: Map, traffic: Traffic) -> None:
         self.roads: Final = roads
         self._traffic: Final = traffic
         self.others: dict[str, Other] = {}
         """The ordinary vehicles on the road, by name."""
+        self.reads_all = False
         self.met = 0
         """Number of ordinary vehicles seen so far."""
         self._everybody: Sequence[str] = ()
         self._gated = -1
         self._in_order: list[Other] = []
         self._names: list[str] = []
+        self._rows: list[int] = []
+        """Index of each ordinary vehicle among the vehicles that are read."""
         self._used: list[Lane] = []
         """Lanes with rears on them."""
 
@@ -61,15 +67,19 @@ class Sight:
         `gated`: the names of the gated vehicles. `changes`: how often these have changed so far.
         """
         traffic = self._traffic
-        everybody = traffic.vehicles()
+        here = traffic.whereabouts() if self.reads_all else None
+        everybody = traffic.vehicles() if here is None else here.vehicles
         if changes != self._gated or everybody != self._everybody:
-            self._find([name for name in everybody if name not in gated])
+            rows = [row for row, name in enumerate(everybody) if name not in gated]
+            self._find([everybody[row] for row in rows])
             self._everybody, self._gated = everybody, changes
+            self._rows = list(range(len(rows))) if here is None else rows
         for lane in self._used:
             lane.rears.clear()
         self._used.clear()
         if self._in_order:
-            here = traffic.whereabouts_of(self._names)
+            if here is None:
+                here = traffic.whereabouts_of(self._names)
             self._move(here.lanes, here.positions_m.tolist(), here.speeds_mps.tolist(), traffic.now_s)
 
     def _find(self, names: list[str]) -> None:
@@ -92,9 +102,10 @@ class Sight:
     ) -> None:
         """Set lane, position and speed of each ordinary vehicle."""
         for number, other in enumerate(self._in_order):
-            lane_name = lanes[number]
-            other.position_m = positions_m[number]
-            speed = speeds[number]
+            row = self._rows[number]
+            lane_name = lanes[row]
+            other.position_m = positions_m[row]
+            speed = speeds[row]
             other.speed = speed
             if lane_name != other.lane_name or other.parks or speed <= STANDING_MPS:
                 self._place(other, lane_name)

@@ -177,11 +177,16 @@ class Drive:
 
     def granted(self) -> Ints:
         """Return the number of the last leg granted to each vehicle."""
-        return np.array([diary.vehicle.granted for diary in self.driving.diaries], dtype=np.int64)
+        return np.array(self.driving.granted, dtype=np.int64)
 
     def fronts(self) -> Floats:
         """Return each front's arc length along its path after the last step [m]; laps add up."""
         return self.driving.fronts.at_m
+
+    def read_everybody(self) -> None:
+        """Read the positions of all vehicles at once, since an observer asks for them in each step."""
+        if self.driving.sight is not None:
+            self.driving.sight.reads_all = True
 
     def odometers(self) -> tuple[Sequence[str], Floats]:
         """Return the names of the vehicles, and their odometers after the last step [m]."""

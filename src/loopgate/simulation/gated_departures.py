@@ -96,6 +96,6 @@ class GatedDepartures(Departures):
             account.total_hold_s(now_s),
             account.stood_s,
             account.worst_wait_s(now_s),
-            float(self._driving.fronts.odometers()[vehicle.row]),
+            self._driving.fronts.odometer(vehicle.row),
             vehicle.make.top,
         )

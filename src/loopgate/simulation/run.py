@@ -128,8 +128,10 @@ def _run(
         flow = FlowMeter(traffic, drive)
         own, once = frozenset(assembly.names), assembly.trips
         among = bool(scenario.traffic or assembly.others)
-        judged = among and session.gated is not None
-        verdicts = Verdicts(assembly.network, traffic, drive) if judged else None
+        verdicts = None
+        if among and session.gated is not None:
+            verdicts = Verdicts(assembly.network, traffic, drive)
+            session.gated.read_everybody()
         detector = detector_class(
             traffic,
             after_s=scenario.deadlock_after_s,

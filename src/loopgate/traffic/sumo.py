@@ -86,6 +86,10 @@ class SumoTraffic(SumoStops, SumoLights):
         self._odometer, self._route_id, *self._place_and_speed = (
             read(f"vehicle_{name}") for name in ("getDistance", "getRouteID", "getLanePosition", "getSpeed")
         )
+        self._vehicles, self._arrived = read("vehicle_getIDList"), read("simulation_getArrivedIDList")
+        self._like = [
+            read(f"vehicle_{name}") for name in ("getLength", "getAccel", "getDecel", "getSpeedFactor")
+        ]
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
@@ -125,7 +129,7 @@ class SumoTraffic(SumoStops, SumoLights):
         self._renew_again()
 
     def vehicles(self) -> Sequence[str]:
-        ids: Sequence[str] = self._vehicle.getIDList()
+        ids: Sequence[str] = self._vehicles()
         return ids
 
     def departed(self) -> Sequence[str]:
@@ -133,7 +137,7 @@ class SumoTraffic(SumoStops, SumoLights):
         return ids
 
     def arrived(self) -> Sequence[str]:
-        ids: Sequence[str] = self._simulation.getArrivedIDList()
+        ids: Sequence[str] = self._arrived()
         return ids
 
     def put_in(self, vehicle: str, how: Insertion) -> None:
@@ -366,13 +370,7 @@ class SumoTraffic(SumoStops, SumoLights):
         return self._waits.of(vehicle, guess=guess)
 
     def dynamics(self, vehicle: str) -> Dynamics:
-        get = self._vehicle
-        return Dynamics(
-            length_m=float(get.getLength(vehicle)),
-            accel_mps2=float(get.getAccel(vehicle)),
-            decel_mps2=float(get.getDecel(vehicle)),
-            speed_factor=float(get.getSpeedFactor(vehicle)),
-        )
+        return Dynamics(*(float(read(vehicle)) for read in self._like))
 
     def show_brakes(self, vehicle: str) -> None:
         """Set SUMO's `apparentDecel`, which `setDecel` leaves as it was."""

@@ -42,6 +42,9 @@ class SumoStops:
         self._vehicle = api.vehicle
         self._simulation = api.simulation
         self._lane_of, self._stops_of = read("vehicle_getLaneID"), read("vehicle_getStops")
+        self._insert_stop, self._set_stop = read("vehicle_insertStop"), read("vehicle_setStop")
+        self._replace_stop = read("vehicle_replaceStop")
+        self._stops_starting = read("simulation_getStopStartingVehiclesIDList")
         self._holds: dict[str, tuple[str, float]] = {}
         """For each held vehicle, its lane and the position of the hold there [m]."""
         self._stopping: set[str] = set()
@@ -56,7 +59,7 @@ class SumoStops:
         Raises `TrafficError` if SUMO refuses it, because the vehicle is too near to brake or the lane is not
         on its route; `ClosedLaneError` if the lane is closed to it.
         """
-        get, lane = self._vehicle, f"{edge}_{lane_index}"
+        lane = f"{edge}_{lane_index}"
         here = self._lane_of(vehicle)
         on_edge = here.rpartition("_")[0] == edge
         if on_edge and here != lane:
@@ -65,9 +68,9 @@ class SumoStops:
         alone = vehicle not in self._holds if self._is_ours(vehicle) else not self._stops_of(vehicle, 1)
         try:
             if on_edge and alone and self._may_insert(edge, self._class_of(vehicle)):
-                get.insertStop(vehicle, 0, edge, **stop)
+                self._insert_stop(vehicle, 0, edge, **stop)
             else:
-                get.setStop(vehicle, edge, **stop)
+                self._set_stop(vehicle, edge, **stop)
         except self._error as error:
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
             closed = self._vehicle.getVehicleClass(vehicle) in self._api.lane.getDisallowed(lane)
@@ -142,7 +145,7 @@ class SumoStops:
         if number is None:
             return
         try:
-            self._vehicle.replaceStop(vehicle, number, "")
+            self._replace_stop(vehicle, number, "")
         except self._error:
             if self._stops_of(vehicle, 1):
                 raise  # otherwise no stop is left: it was on a route that the vehicle has left
@@ -159,7 +162,7 @@ class SumoStops:
         """Return the held vehicles that came to rest in the last step at the stop that holds them."""
         if not self._holds:
             return ()
-        ids = self._simulation.getStopStartingVehiclesIDList()
+        ids = self._stops_starting()
         held = [vehicle for vehicle in ids if vehicle in self._holds]
         return [vehicle for vehicle in held if self._is_ours(vehicle) or self._stop_number(vehicle) == 0]
 
@@ -221,8 +224,7 @@ class SumoStops:
         return bool(self._vehicle.isStoppedTriggered(vehicle))
 
     def stops_begun(self) -> Sequence[str]:
-        ids = self._simulation.getStopStartingVehiclesIDList()
-        return [v for v in ids if self.at_own_stop(v)]
+        return [v for v in self._stops_starting() if self.at_own_stop(v)]
 
     def at_own_stop(self, vehicle: str) -> bool:
         """Return whether a vehicle stands at a stop that does not hold it."""
