@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import xml.sax
 from collections.abc import Collection, Mapping
 from copy import copy
@@ -19,11 +18,12 @@ from loopgate.errors import NetworkError
 from loopgate.network.content import content_identity
 from loopgate.network.diagnosis import first_fault
 from loopgate.network.inside import check_inside, lanes_over
+from loopgate.network.packaged import PACKAGED, packaged_network
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
 from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.xml_file import check_root, open_xml
-from loopgate.reading import meant, refusing
+from loopgate.reading import refusing
 
 VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
 """All that SUMO has."""
@@ -32,9 +32,6 @@ _ROUNDING_M = 0.1
 _TRUE = frozenset({"1", "yes", "true", "on", "x", "t"})
 """What SUMO takes for it."""
 _MOST_LINKS = 10_000  # many times what SUMO can work with
-
-PACKAGED = "sumo:"
-"""Prefix of the names of networks that ship in the SUMO package."""
 
 
 class RoadNetwork:
@@ -125,7 +122,7 @@ class RoadNetwork:
         True
         """
         text = str(name)
-        file = _packaged(text) if text.startswith(PACKAGED) else Path(text)
+        file = packaged_network(text) if text.startswith(PACKAGED) else Path(text)
         if is_sumo_config(file):
             file = read_sumo_config(file).net_file
         check_root(file, root="net", what="network", error=NetworkError)
@@ -211,36 +208,6 @@ def _read(name: str, file: Path, content: str) -> RoadNetwork:
         raise NetworkError(msg)
     check_sound(network)
     return network
-
-
-def packaged_networks() -> dict[str, Path]:
-    """Return names and files of the networks in the SUMO package (its folder ``tools/game``).
-
-    Examples
-    --------
-    >>> from loopgate.network import packaged_networks
-    >>> packaged_networks()["DRT"].name
-    'osm.net.xml'
-    """
-    spec = importlib.util.find_spec("sumo")
-    if spec is None or not spec.submodule_search_locations:
-        return {}
-    found: dict[str, Path] = {}
-    for home in spec.submodule_search_locations:
-        for file in sorted(Path(home, "tools", "game").glob("*/*.net.xml*")):
-            found.setdefault(file.parent.name, file)
-    return found
-
-
-def _packaged(name: str) -> Path:
-    known = packaged_networks()
-    try:
-        return known[name.removeprefix(PACKAGED)]
-    except KeyError:
-        names = [PACKAGED + one for one in known]
-        has = f"; there are {', '.join(names)}" if known else "; pip install eclipse-sumo"
-        msg = f"{name}: no such network in the SUMO package{has}{meant(name, names)}"
-        raise NetworkError(msg) from None
 
 
 def _points(shape: Any) -> Points:  # noqa: ANN401  sumolib has no types

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.cache import Cache
 from loopgate.errors import RouteError
 from loopgate.network.additional import FLEET, demand_beside
+from loopgate.network.asked_vehicle import AskedVehicle, RouteChoice
 from loopgate.network.clock import time_of
 from loopgate.network.content import content_identity
-from loopgate.network.departures import Flow, depart_s, read_flow
+from loopgate.network.departures import depart_s, read_flow
 from loopgate.network.distributions import parts, refuse_nothing, share_of
 from loopgate.network.lanes import make_loop
 from loopgate.network.left_out import left_out, wayless
@@ -28,21 +29,12 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, LedVehicle, closes, drives_once, lead_trips, one_round
+from loopgate.network.trips import LedVehicle, closes, drives_once, lead_trips, one_round
 from loopgate.network.ungated import UngatedFleet, take_ungated
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import as_path, is_file, of_kind, refusing, shown
-
-_BEYOND_M = 10.0
-"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
-
-_CARRIED = ("color", "line", "personNumber", "containerNumber")
-"""Attributes of vehicles that SUMO gets unchanged."""
-
-_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
-"""Further such attributes, for vehicles that drive once."""
 
 
 def read_loops(
@@ -176,60 +168,6 @@ class _Route:
         return make_loop(network, self.id, edges, vclass=vclass, source=source, on_lanes=lanes)
 
 
-@dataclass(frozen=True, slots=True)
-class _RouteChoice:
-    """A route that a vehicle may be drawn for: its share, the first fitting type, and all stops on it."""
-
-    route: str
-    share: float
-    vclass: str
-    type: VehicleType
-    stops: tuple[Stop, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Asked:
-    """A vehicle or flow of the file, before its loops are made."""
-
-    element: ET.Element
-    depart_s: float
-    flow: Flow | None
-    types: tuple[tuple[VehicleType, float], ...]
-    ways: tuple[_RouteChoice, ...]
-
-    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> VehicleDemand:
-        """Return the vehicle with its departure position and its stops."""
-        ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
-        first = ways[0][0]
-        return replace(
-            first,
-            types=self.types if len(self.types) > 1 else (),
-            ways=ways if len(ways) > 1 or first.vclass else (),
-        )
-
-    def _on(self, loop: Loop, way: _RouteChoice, path: Path) -> VehicleDemand:
-        name, said = self.element.get("id", ""), self.element.attrib
-        what = f"{path}: vehicle {name}"
-        try:
-            edge = int(said.get("departEdge") or 0) % len(loop.edges)
-        except ValueError:
-            edge = 0  # "random" and the like
-        carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
-        return VehicleDemand(
-            name,
-            loop,
-            way.type,
-            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
-            depart_s=self.depart_s,
-            flow=self.flow,
-            edge=edge,
-            stops=on_loop(loop, way.stops, what),
-            attributes={key: said[key] for key in carried if said.get(key)},
-            parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
-            vclass=way.vclass,
-        )
-
-
 @dataclass(slots=True)
 class _Found:
     """The content of the files read so far: routes, types, vehicles, and distributions."""
@@ -245,7 +183,7 @@ class _Found:
     drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
     """`drawn_routes` and `drawn_types`: the parts of each distribution with their shares, by name."""
-    _asked: list[_Asked] = field(default_factory=list)
+    _asked: list[AskedVehicle] = field(default_factory=list)
     _wrong: list[str] = field(default_factory=list)
 
     def collect_types(self, tops: Sequence[tuple[Path, ET.Element]]) -> None:
@@ -328,7 +266,7 @@ class _Found:
         if self._wrong:
             raise RouteError("; ".join(self._wrong))
 
-    def _vehicle(self, source: Path, element: ET.Element) -> _Asked:
+    def _vehicle(self, source: Path, element: ET.Element) -> AskedVehicle:
         name = element.get("id", "")
         what = f"{source}: {element.tag} {name}"
         types = self._kinds(what, element.get("type", DEFAULT_TYPE.id))
@@ -342,8 +280,8 @@ class _Found:
             route = self.routes[on]
             own = self._stops(element, what, route.cycle_s, since_depart=False)
             kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-            ways.append(_RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
-        return _Asked(element, at_s, flow, types, tuple(ways))
+            ways.append(RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
+        return AskedVehicle(element, at_s, flow, types, tuple(ways))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
         """Yield the routes of a vehicle: name, share, and the vehicle class that it is for ("" for all)."""
@@ -406,16 +344,3 @@ class _Found:
             route.id: on_loop(loops[route.id], route.stops, f"{route.source}: route {route.id}")
             for route in stopping
         }
-
-
-def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
-    """Return the arc length of a departure position; None if the position is no number."""
-    try:
-        position_m = float(position)
-    except ValueError:
-        return None  # "base", "random", "free": SUMO would choose
-    span = loop.roads[edge]
-    if not abs(position_m) <= span.length_m + _BEYOND_M:
-        msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
-        raise RouteError(msg)
-    return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)

@@ -11,6 +11,7 @@ from loopgate.arrays import Floats
 from loopgate.errors import TrafficError
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Whereabouts
 from loopgate.traffic.sumo_lights import SumoLights
+from loopgate.traffic.sumo_routes import SumoRoutes
 from loopgate.traffic.sumo_stops import SumoStops
 from loopgate.traffic.sumo_waits import RoadWaits
 
@@ -36,11 +37,8 @@ _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 _ANY_DECELERATION = ~4
 """Mask that removes the limit on deceleration from a speed mode (bit 2)."""
 
-_RENEW_EVERY_S = 10.0
-"""A route that SUMO has refused is tried again in this interval [s]."""
 
-
-class SumoTraffic(SumoStops, SumoLights):
+class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
     """A SUMO simulation with the interface `Traffic`, which documents the calls.
 
     Parameters
@@ -76,6 +74,7 @@ class SumoTraffic(SumoStops, SumoLights):
 
         SumoStops.__init__(self, api, error, read, shared=shared)
         SumoLights.__init__(self, api, read)
+        SumoRoutes.__init__(self, api, error, read)
         self._yields = yields
         self._speed_mode = YIELDING_SPEED_MODE if yields else GATED_SPEED_MODE
         self._heedless: set[str] = set()
@@ -83,8 +82,8 @@ class SumoTraffic(SumoStops, SumoLights):
         """The vehicles that ignore the right of way."""
         self._running = True
         self._close: Callable[[], None] = close or api.close
-        self._odometer, self._route_id, *self._place_and_speed = (
-            read(f"vehicle_{name}") for name in ("getDistance", "getRouteID", "getLanePosition", "getSpeed")
+        self._odometer, *self._place_and_speed = (
+            read(f"vehicle_{name}") for name in ("getDistance", "getLanePosition", "getSpeed")
         )
         self._vehicles, self._arrived = read("vehicle_getIDList"), read("simulation_getArrivedIDList")
         self._like = [
@@ -99,8 +98,6 @@ class SumoTraffic(SumoStops, SumoLights):
         self._slowed: set[str] = set()
         self._modes: dict[str, tuple[int, int]] = {}
         """For each gated vehicle, its speed mode and lane-change mode from before."""
-        self._unrenewed: dict[str, str] = {}
-        self._renew_again_s = -inf
 
     @property
     def now_s(self) -> float:
@@ -121,12 +118,12 @@ class SumoTraffic(SumoStops, SumoLights):
             msg = f"SUMO stopped at {self._now:.0f} s: {error}"
             raise TrafficError(msg) from error
         self._now, self._seen_s = round(self._now + self._step_s, _CLOCK_DIGITS), -inf
-        self._renew_again()
+        self.renew_again(self._now)
 
     def look_at_clock(self) -> None:
         """Note that a step was made, possibly by other code."""
         self._now, self._seen_s = float(self._simulation.getTime()), -inf
-        self._renew_again()
+        self.renew_again(self._now)
 
     def vehicles(self) -> Sequence[str]:
         ids: Sequence[str] = self._vehicles()
@@ -241,44 +238,8 @@ class SumoTraffic(SumoStops, SumoLights):
             self._vehicle.setSpeedMode(vehicle, modes[0])
             self._vehicle.setLaneChangeMode(vehicle, modes[1])
 
-    def lead(self, vehicle: str, edges: Sequence[str]) -> None:
-        try:
-            self._vehicle.setRoute(vehicle, list(edges))
-        except self._error as error:
-            msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
-            raise TrafficError(msg) from error
-
-    def route(self, vehicle: str) -> tuple[Sequence[str], int]:
-        return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
-
-    def route_id(self, vehicle: str) -> str:
-        return str(self._route_id(vehicle))
-
     def mean_speed(self, edge: str) -> float:
         return float(self._api.edge.getLastStepMeanSpeed(edge))
-
-    def add_route(self, name: str, edges: Sequence[str]) -> None:
-        self._api.route.add(name, list(edges))
-
-    def renew(self, vehicle: str, route: str) -> None:
-        try:
-            self._vehicle.setRouteID(vehicle, route)
-        except self._error:  # a street on it is closed to the vehicle
-            self._unrenewed[vehicle] = route
-
-    @property
-    def without_way(self) -> tuple[str, ...]:
-        """The vehicles whose routes SUMO does not renew, because a street is closed."""
-        return tuple(sorted(self._unrenewed))
-
-    def _renew_again(self) -> None:
-        if not self._unrenewed or self._now < self._renew_again_s:
-            return
-        self._renew_again_s = self._now + _RENEW_EVERY_S
-        there, again = set(self.vehicles()), self._unrenewed
-        self._unrenewed = {}
-        for vehicle in sorted(there & again.keys()):
-            self.renew(vehicle, again[vehicle])
 
     def lane_index(self, vehicle: str) -> int:
         return int(self._vehicle.getLaneIndex(vehicle))
