@@ -31,8 +31,8 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.track import Track
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
-from loopgate.control.accounts import Account
 from loopgate.control.departures import Departures
+from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.start import VehicleStart
 from loopgate.gates import make_gate
@@ -168,7 +168,7 @@ def drive(
     """
     system = cast("Abstraction", assembly.abstraction).system
     collisions: set[tuple[str, str]] = set()
-    left: list[tuple[Account, str]] = []
+    left: list[tuple[Diary, str]] = []
     free_to_go, steps = 0, round(scenario.duration_s / scenario.step_s)
     among, own = bool(scenario.traffic or assembly.others), set(assembly.names)
     here = assembly.starts[: len(assembly.tracks) // 2] if turnover_s else assembly.starts
@@ -186,7 +186,7 @@ def drive(
             traffic.step()
             driving = make_driving(scenario, assembly, traffic, gate, orders, everybody=everybody).driving
             ledger, sight = driving.ledger, driving.sight
-            driving.on_leaving = lambda account, why: left.append((account, why))
+            driving.on_leaving = lambda diary, why: left.append((diary, why))
             driving.paths.lay(one.track for one in assembly.departures)
             driving.take_in(assembly.tracks[: len(here)])
             room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
@@ -214,7 +214,7 @@ def drive(
             traffic.close()
     waits = [one.worst_wait_s(ledger.now_s) for one in driving.accounts.of.values()]
     events = pd.DataFrame([(*row, "") for row in driving.rows], columns=list(EVENT_COLUMNS))
-    laps = {diary.vehicle.name: diary.laps for diary in driving.diaries}
+    laps = {diary.vehicle.name: diary.all_laps for diary in driving.diaries}
     return Driven(
         events=events,
         findings=[] if turnover_s or assembly.departures else audit_events(events, system, laps=laps),

@@ -1,4 +1,4 @@
-"""Records the edges, laps and places that vehicles have passed, each once."""
+"""The diaries of vehicles: the edges, laps and places that they pass, and their counters."""
 
 from __future__ import annotations
 
@@ -29,22 +29,36 @@ REFUSE: Final = "refuse"
 
 
 class Diary:
-    """The record of one vehicle: which edges, laps and places of its path it has passed.
+    """The record of one vehicle: what it has passed on its path, and its counters.
 
-    `track`: the path with its legs as the abstraction drew them. `path`: the same legs as objects of the
-    ledger. `laps`: laps so far. `edge`: the edge that the front is on, or has left last. `due_m`: arc length
-    at which there is something to record next [m]. A new diary begins at the start of the vehicle, or where
-    the vehicle changes to another path.
+    The counters begin with the measured time. `track`: the path with its legs as the abstraction drew them.
+    `path`: the same legs as objects of the ledger. `all_laps`: laps so far, from the start on. `edge`: the
+    edge that the front is on, or has left last. `due_m`: arc length at which there is something to record
+    next [m]. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it stands
+    at the stop line where it is held [s]; infinite if it does not.
     """
 
-    def __init__(self, vehicle: Vehicle, track: Track, path: Sequence[Leg], laps: int = 0) -> None:
+    def __init__(self, vehicle: Vehicle, track: Track, path: Sequence[Leg]) -> None:
         self.vehicle: Final = vehicle
-        self.track: Final = track
-        self.laps = laps
-        self.path: Final = path
-        self._edges: Final = [edge for _, edge in track.edges]
-        self._renewed_on: Final = track.renewed_on
-        self._begins_m: Final = [float(begin_m) for begin_m, _ in track.edges]
+        self.all_laps = self._laps_before = 0
+        self.leapt_m = 0.0
+        self.halted_s = inf
+        self._held_s = 0.0
+        self._from_m = vehicle.front_m
+        self._follow(track, path)
+
+    def turns_off(self, track: Track, path: Sequence[Leg], by_m: float) -> None:
+        """Note that the vehicle is now on another path, where arc lengths are `by_m` larger."""
+        self._from_m += by_m
+        self._follow(track, path)
+
+    def _follow(self, track: Track, path: Sequence[Leg]) -> None:
+        """Record what the vehicle passes on a path, from where it is."""
+        vehicle = self.vehicle
+        self.track, self.path = track, path
+        self._edges = [edge for _, edge in track.edges]
+        self._renewed_on = track.renewed_on
+        self._begins_m = [float(begin_m) for begin_m, _ in track.edges]
         self.edge = self._edges[-1]
         self._edge = 0
         self._edge_laps_m = 0.0
@@ -84,7 +98,7 @@ class Diary:
             rows.append((now_s, name, EDGE, edge, ""))
             self._next_edge()
         while front_m >= self._lap_m:
-            self.laps += 1
+            self.all_laps += 1
             self._lap_m += self.vehicle.lap_m
             rows.append((now_s, name, LAP, self.track.loop, ""))
         while front_m >= self._leg_m:
@@ -101,6 +115,43 @@ class Diary:
             self._edge = 0
             self._edge_laps_m += self.vehicle.lap_m
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
+
+    @property
+    def laps(self) -> int:
+        """Number of laps since the measured time began."""
+        return self.all_laps - self._laps_before
+
+    @property
+    def stood_s(self) -> float:
+        """How long it has stood, anywhere [s]."""
+        return self.vehicle.stood_s
+
+    @property
+    def distance_m(self) -> float:
+        """Distance since the measured time began [m]."""
+        return self.vehicle.front_m - self._from_m - self.leapt_m
+
+    def total_hold_s(self, now_s: float) -> float:
+        """Return the hold time until now [s]."""
+        return self._held_s + max(0.0, now_s - self.halted_s)
+
+    def worst_wait_s(self, now_s: float) -> float:
+        """Return the longest wait from a request to its grant [s]; a wait that still lasts counts."""
+        waits = self.vehicle.asks and not self.vehicle.stops_here()
+        return max(self.vehicle.longest_s, now_s - self.vehicle.since_s if waits else 0.0)
+
+    def goes_on(self, now_s: float) -> bool:
+        """Note that the vehicle is no longer held; return whether it stood at its stop line."""
+        halted = self.halted_s < inf
+        self._held_s = self.total_hold_s(now_s)
+        self.halted_s = inf
+        return halted
+
+    def measure_from_now(self, now_s: float) -> None:
+        """Begin the measured time: set the counters to zero."""
+        self._from_m, self._laps_before = self.vehicle.front_m, self.all_laps
+        self._held_s = self.leapt_m = self.vehicle.longest_s = 0.0
+        self.halted_s = max(self.halted_s, now_s)  # stays infinite for a vehicle that is not held
 
 
 class Seen:

@@ -8,7 +8,7 @@ from time import perf_counter
 from types import MappingProxyType
 
 from loopgate.abstraction.track import Track
-from loopgate.control.accounts import Account, Accounts
+from loopgate.control.accounts import Accounts
 from loopgate.control.arrivals import Arrivals
 from loopgate.control.brakes import Brakes
 from loopgate.control.courtesy import Courtesy
@@ -96,8 +96,8 @@ class Driving:
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
-        self.on_leaving: Callable[[Account, str], None] = lambda _account, _why: None
-        """Called with the account of each vehicle that leaves, and the reason."""
+        self.on_leaving: Callable[[Diary, str], None] = lambda _diary, _why: None
+        """Called with the diary of each vehicle that leaves, and the reason."""
         self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
         """Called after each answer with the number of decisions and the time that they took [s]."""
         self.sumo_s = 0.0
@@ -191,9 +191,9 @@ class Driving:
                 self.rows.append((self._traffic.now_s, name, Event.LEAVE, body.place.name, ""))
             self.rows.append((self._traffic.now_s, name, Event.END, vehicle.leg.place.name, why))
             self._traffic.leave_gate(name)
-        account = self.accounts.of[name]
-        self.on_leaving(account, why)
-        self.accounts.close(account)
+        diary = self.diaries[row]
+        self.on_leaving(diary, why)
+        self.accounts.close(diary)
         self.ledger.leave(vehicle)
         self.changes += 1
         if self._round.pop(name, None) is not None:
@@ -226,8 +226,7 @@ class Driving:
         by_m = turn_off(self.ledger, vehicle, path[track.position], kind, track.lap_m)
         row = vehicle.row
         self.fronts.shift(row, by_m)
-        diary = self.diaries[row] = Diary(vehicle, track, path, self.diaries[row].laps)
-        self.accounts.of[vehicle.name].turns_off(diary, by_m)
+        self.diaries[row].turns_off(track, path, by_m)
         self.used_stops.turned_off(vehicle)
         if vehicle.name in self._round:
             self._round[vehicle.name] = path
@@ -297,7 +296,7 @@ class Driving:
         for vehicle in gone:
             if vehicle.held:
                 vehicle.held = vehicle.halted = False
-                if self.accounts.of[vehicle.name].goes_on(now_s):
+                if self.diaries[vehicle.row].goes_on(now_s):
                     self.rows.append((now_s, vehicle.name, Event.GO, vehicle.leg.place.name, ""))
                 if not self.steering.leads_back(vehicle):
                     self._traffic.release(vehicle.name)
@@ -314,13 +313,13 @@ class Driving:
             self._courtesy.look(gone)
         self._rolling.look()
 
-    def _halts(self, account: Account, now_s: float) -> None:
+    def _halts(self, diary: Diary, now_s: float) -> None:
         """Record that a vehicle has come to rest at the stop line where it is held."""
-        vehicle = account.vehicle
-        if vehicle.held and account.halted_s == inf:
-            account.halted_s = now_s
+        vehicle = diary.vehicle
+        if vehicle.held and diary.halted_s == inf:
+            diary.halted_s = now_s
             self.brakes.forget(vehicle)
-            self.used_stops.made(vehicle, self.diaries[vehicle.row].track)
+            self.used_stops.made(vehicle, diary.track)
             vehicle.halted = True
             self.rows.append((now_s, vehicle.name, Event.HOLD, self.wanted(vehicle), ""))
 

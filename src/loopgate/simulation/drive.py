@@ -11,8 +11,8 @@ import numpy as np
 
 from loopgate.abstraction.track import Track
 from loopgate.arrays import Floats, Ints
-from loopgate.control.accounts import Account
 from loopgate.control.blocking import ahead, blockers, outside
+from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import CHAIN
@@ -148,8 +148,8 @@ class Drive:
 
     def measure_from_now(self) -> None:
         """Begin the measured time: set all figures to zero."""
-        for account in self.records.values():
-            account.measure_from_now(self._traffic.now_s)
+        for diary in self.records.values():
+            diary.measure_from_now(self._traffic.now_s)
 
     def count_from(self, at_s: float) -> None:
         """Count standing times only from this time [s]."""
@@ -200,7 +200,7 @@ class Drive:
         return self.driving.accounts.take_flow()
 
     @property
-    def records(self) -> Mapping[str, Account]:
+    def records(self) -> Mapping[str, Diary]:
         """The counters of the vehicles on the road, by name."""
         return self.driving.accounts.of
 
@@ -233,8 +233,8 @@ class Drive:
 
         The function returns the blockers as sets of names, and the state that the vehicle wants.
         """
-        account = self.records.get(vehicle)
-        return None if account is None or account.halted_s == inf else partial(self._refusal, vehicle)
+        diary = self.records.get(vehicle)
+        return None if diary is None or diary.halted_s == inf else partial(self._refusal, vehicle)
 
     def _refusal(self, name: str) -> tuple[list[list[str]], str]:
         vehicle, every = self._ledger.vehicles[name], self._ledger.vehicles.values()

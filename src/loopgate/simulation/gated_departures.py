@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 
 from loopgate.abstraction.track import Track
-from loopgate.control.accounts import Account
 from loopgate.control.departures import WITHOUT_LIGHTS, Crowding
 from loopgate.control.departures import Departures as Rules
+from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
 from loopgate.control.start import VehicleStart
@@ -87,15 +87,15 @@ class GatedDepartures(Departures):
         )
         return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
 
-    def _leaves(self, account: Account, _why: str) -> None:
+    def _leaves(self, diary: Diary, _why: str) -> None:
         """Store the figures of a vehicle that has arrived."""
-        now_s, vehicle = self._traffic.now_s, account.vehicle
+        now_s, vehicle = self._traffic.now_s, diary.vehicle
         self.arrived[vehicle.name] = Arrived(
             now_s,
-            account.distance_m,
-            account.total_hold_s(now_s),
-            account.stood_s,
-            account.worst_wait_s(now_s),
+            diary.distance_m,
+            diary.total_hold_s(now_s),
+            diary.stood_s,
+            diary.worst_wait_s(now_s),
             self._driving.fronts.odometer(vehicle.row),
             vehicle.make.top,
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.track import Track
-from loopgate.control.accounts import Account
+from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.lights import light
@@ -80,8 +80,8 @@ class Fleet:
         self.leads = Leading(traffic, self._driving, ())
         self.changes = 0
         """How often vehicles joined or left."""
-        self.on_leaving: Callable[[Account], None] = lambda _: None
-        """Called with the account of each vehicle that leaves."""
+        self.on_leaving: Callable[[Diary], None] = lambda _: None
+        """Called with the diary of each vehicle that leaves."""
         self._itineraries: Sequence[Itinerary] = ()
 
     def __contains__(self, vehicle: object) -> bool:

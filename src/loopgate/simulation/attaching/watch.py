@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from loopgate.control.accounts import Account
+from loopgate.control.diary import Diary
 from loopgate.results.columns import Event
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed
@@ -88,23 +88,23 @@ class Watch:
             for vehicle, place, other in zip(deadlock.vehicles, deadlock.places, ahead, strict=True):
                 self._recorder.note(now, vehicle, Event.DEADLOCK, place, other)
 
-    def _count(self, account: Account) -> None:
+    def _count(self, diary: Diary) -> None:
         """Add the figures of a vehicle that leaves."""
-        self._add_up(self._done, account)
+        self._add_up(self._done, diary)
         self._left += 1
 
-    def _add_up(self, figures: dict[str, float], account: Account) -> None:
+    def _add_up(self, figures: dict[str, float], diary: Diary) -> None:
         now = self._traffic.now_s
-        figures["laps"] += account.laps
-        figures["distance_m"] += account.distance_m
-        figures["hold_s"] += account.total_hold_s(now)
-        figures["longest_wait_s"] = max(figures["longest_wait_s"], account.worst_wait_s(now))
+        figures["laps"] += diary.laps
+        figures["distance_m"] += diary.distance_m
+        figures["hold_s"] += diary.total_hold_s(now)
+        figures["longest_wait_s"] = max(figures["longest_wait_s"], diary.worst_wait_s(now))
 
     def figures(self) -> dict[str, Any]:
         """Return the figures of all vehicles so far, with the keys of ``summary.json``."""
         figures, drive = dict(self._done), self._fleet.drive
-        for account in drive.records.values():
-            self._add_up(figures, account)
+        for diary in drive.records.values():
+            self._add_up(figures, diary)
         times = Histogram(drive.decision_us.values())
         return {
             "vehicles": len(self._fleet.vehicles),
