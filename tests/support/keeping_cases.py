@@ -58,6 +58,20 @@ def the_last_slot_is_kept_and_no_more() -> None:
     assert ("a", "granted") in hand.decide(23.0)
 
 
+def who_is_first_where_ordinary_vehicles_leave_no_space_moves() -> None:
+    """Ordinary vehicles take the slots of q that a waits for: the last slot of t is for h, which leaves q."""
+    paths = {"a": "p q t", "h": "q t", "d": "d t", "e": "d t", "x": "t p"}
+    hand = by_hand(paths, {"p": 2, "q": 3, "d": 2, "t": 2})
+    hand.ledger.keeping.is_too_full = lambda vehicle: vehicle.name == "a"
+    hand.withhold("traffic", "a")
+    hand.asks("a", 0.0)
+    assert hand.decide(1.0) == [("a", "traffic")]
+    hand.asks("d", 21.0)
+    assert ("d", "service") in hand.decide(21.0)
+    hand.asks("h", 22.0)
+    assert ("h", "granted") in hand.decide(22.0)
+
+
 def one_with_room_behind_it_leaves_a_slot_more() -> None:
     """Keep d out of h, though there are slots for both, but not where there is one more."""
     hand = by_hand({"a": "p h", "d": "d h", "e": "d h"}, {"p": 2, "h": 2, "d": 3})
@@ -220,6 +234,7 @@ def the_mover_is_the_one_of_the_gates_rule() -> None:
 CASES = (
     nobody_else_takes_the_slot,
     the_last_slot_is_kept_and_no_more,
+    who_is_first_where_ordinary_vehicles_leave_no_space_moves,
     one_with_room_behind_it_leaves_a_slot_more,
     a_place_off_the_way_is_free,
     after_a_circle_all_stays_shut,

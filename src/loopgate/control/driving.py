@@ -18,6 +18,7 @@ from loopgate.control.layout import Layout
 from loopgate.control.leading import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
+from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.paths import Paths
 from loopgate.control.places import Leg, Make, Vehicle
@@ -80,6 +81,8 @@ class Driving:
         self._spacing = spacing
         if spacing is not None:
             ledger.keeping.is_behind = spacing.is_behind
+        if sight is not None:
+            ledger.keeping.is_too_full = is_too_full
         self._round: dict[str, list[Leg]] = {}
         """The paths of the vehicles that drive loops, by name."""
         self.diaries: list[Diary] = []

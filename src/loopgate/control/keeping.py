@@ -7,10 +7,11 @@ vehicles in each other's way, the older request keeps its crossing. So each vehi
 requests.
 
 A vehicle that has waited very long is *served*. `loopgate.gates.certified.service` names its *mover*: the
-vehicle whose move brings the served vehicle nearer to its grant. Slots and crossing are kept for the mover,
-and no negotiation passes it over. If the places on the way to the grant lead on from a circle, only the mover
-may enter one of these places until the served vehicle has its grant. Several vehicles are served at the same
-time if the rule looks at different places for each; otherwise the older request goes first.
+vehicle whose move brings the served vehicle nearer to its grant. A place in which ordinary vehicles leave no
+space counts as full. Slots and crossing are kept for the mover, and no negotiation passes it over. If the
+places on the way to the grant lead on from a circle, only the mover may enter one of these places until the
+served vehicle has its grant. Several vehicles are served at the same time if the rule looks at different
+places for each; otherwise the older request goes first.
 `docs/proofs/roads.md` proves that each request is granted after finitely many moves.
 """
 
@@ -81,6 +82,8 @@ class Keeping:
         """Age from which the oldest requests are served [s]."""
         self.outside: Sequence[Rule] = ()
         """The rules about lights and ordinary traffic: no crossing is kept for a mover that they refuse."""
+        self.is_too_full: Callable[[Vehicle], bool] = lambda _: False
+        """Returns whether ordinary vehicles leave no space in the place that a vehicle wants next."""
         self.is_behind: Callable[[Vehicle], bool] = lambda _: False
         """Returns whether a vehicle is behind on its loop: then it is late sooner."""
 
@@ -158,8 +161,8 @@ class Keeping:
                 continue
             if now_s - vehicle.since_s < self.serve_after_s:
                 break
-            places = full_before(vehicle)
-            last, mover = places[-1].line[0], next_mover(vehicle)
+            places, mover = self._way_of(vehicle)
+            last = places[-1].line[0]
             end = last.wanted()
             if mover is None or end is None or mover.idles() or mover.beside:
                 continue
@@ -178,6 +181,20 @@ class Keeping:
             if mover.asks and (mover not in held or now_s - self._named_s[mover] >= _THROUGH_RED_S):
                 self._clear_way(mover)
         self.most_served = max(self.most_served, len(self._named_s))
+
+    def _way_of(self, served: Vehicle) -> tuple[list[Place], Vehicle | None]:
+        """Return the full places that a served vehicle waits for, from its own on, and its mover.
+
+        A place also counts as full if ordinary vehicles leave no space in it.
+        """
+        places, mover = full_before(served), next_mover(served)
+        while mover is not None and self.is_too_full(mover):
+            wanted = mover.wanted()
+            if wanted is None or wanted in places or not wanted.line:
+                break
+            first = wanted.line[0]
+            places, mover = places + full_before(first), next_mover(first)
+        return places, mover
 
     def _clear_way(self, mover: Vehicle) -> None:
         """Keep a mover's crossing clear, unless the mover of an older request needs a part of it."""
