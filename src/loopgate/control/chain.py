@@ -28,21 +28,13 @@ class _Lines:
 _LINES = _Lines()
 
 
-def full_after(mover: Vehicle) -> chain.Chain[Place]:
-    """Return the full places that follow the next place of `mover`, as they will be after its move."""
-    leg = mover.leg.after
-    if leg is None:
-        return chain.Chain([], None)
-    place = leg.place
-    if len(place.line) + 1 < place.slots:
-        return chain.Chain([], place)
-    onward = None if leg.after is None else leg.after.place
-    return chain.follow(_LINES, place, entered=place, onward=onward, left=mover.leg.place)
-
-
 def closes(mover: Vehicle) -> list[Place]:
     """Return the circle of full places that the next move of `mover` would close or join; else []."""
-    return full_after(mover).circle()
+    leg = mover.leg.after
+    if leg is None or len(leg.place.line) + 1 < leg.place.slots:
+        return []
+    place, onward = leg.place, None if leg.after is None else leg.after.place
+    return chain.follow(_LINES, place, entered=place, onward=onward, left=mover.leg.place).circle()
 
 
 def closes_by_entering(leg: Leg) -> bool:

@@ -43,6 +43,11 @@ _THROUGH_RED_S: Final = 120.0
 """After this long as a mover, its crossing is kept even if a light or ordinary traffic holds it [s]."""
 
 
+_SERVICE: Final = Refusal("service")
+_OCCUPIED: Final = Refusal("occupied")
+_CROSSING: Final = Refusal("crossing")
+
+
 def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse the last slot of a place, or a crossing, that is kept for another vehicle."""
     wanted = vehicle.wanted()
@@ -54,14 +59,14 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
         here = vehicle.leg.place
         leaves = 2 if len(here.line) < here.slots else 1
         if wanted.barred or free <= leaves:
-            return Refusal("service")
+            return _SERVICE
     other = wanted.kept_for
     if free == 1 and other is not None and other is not vehicle and wanted.mover is not vehicle:
-        return Refusal("occupied")
+        return _OCCUPIED
     for over in vehicle.leg.passes:
         other = over.movement.kept_for
         if other is not None and other is not vehicle:
-            return Refusal("service" if other.mover else "crossing")
+            return _SERVICE if other.mover else _CROSSING
     return None
 
 

@@ -13,6 +13,8 @@ from loopgate.control.places import Place, Trip, Vehicle
 from loopgate.control.pressure import Pressure
 from loopgate.control.refusal import CHAIN, Refusal, Rule
 
+_RESERVE: Final = Refusal("reserve")
+
 Order = Callable[[list[Vehicle], float], list[Vehicle]]
 """Takes vehicles that no rule refuses, and the time [s]; returns them in the order in which they go on.
 
@@ -195,7 +197,7 @@ class Ledger(Holdings):
             goes = set(going)
             for vehicle in ready:
                 if vehicle not in goes:
-                    self.refuse(vehicle, Refusal("reserve"))
+                    self.refuse(vehicle, _RESERVE)
         grants = self.grants
         return [one for one in going if self._settle(one, again=self.grants > grants)]
 

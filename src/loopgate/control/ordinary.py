@@ -24,7 +24,7 @@ from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.roads import BEYOND_M, Coming, Lookout, Other
 from loopgate.control.sight import HORIZON_S, Sight
-from loopgate.control.slack import Slack, fit
+from loopgate.control.slack import Slack, fit_beside
 
 _SETS_OUT_S: Final = 5.0
 """A vehicle that has stood longer than this at its stop line, though it may drive, has
@@ -44,6 +44,9 @@ _REACTS_S: Final = 1.0
 """Reaction time of SUMO's drivers before they brake [s]."""
 
 
+_TRAFFIC: Final = Refusal("traffic")
+
+
 def traffic(sight: Sight, slack: Slack) -> Rule:
     """Return the rule that refuses a vehicle while ordinary vehicles are in its way or leave no space.
 
@@ -57,7 +60,7 @@ def traffic(sight: Sight, slack: Slack) -> Rule:
         if wanted is not None and is_too_full(vehicle):
             return Refusal("traffic", [wanted], outside=True)
         if _meets(vehicle, now_s):
-            return Refusal("traffic")
+            return _TRAFFIC
         tight = slack.too_tight(vehicle)
         return Refusal("traffic", tight, outside=True) if tight else None
 
@@ -69,8 +72,7 @@ def is_too_full(vehicle: Vehicle) -> bool:
     after = vehicle.leg.after
     if after is None or after.stretch is None:
         return False
-    holders = [body.vehicle for body in after.place.bodies]
-    return fit(after.stretch, holders, vehicle.make.length_m) < 1.0
+    return fit_beside(after.stretch, after.place.bodies, vehicle.make.length_m) < 1.0
 
 
 def _meets(vehicle: Vehicle, now_s: float) -> bool:

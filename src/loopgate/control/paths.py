@@ -25,9 +25,11 @@ class Paths:
 
     def of(self, track: Track) -> list[Leg]:
         """Return the legs of a path; it is laid out when it is first asked for."""
-        if id(track.legs) not in self._laid:
-            self._laid[id(track.legs)] = track.legs, self._layout.path(track.legs)
-        return self._laid[id(track.legs)][1]
+        key = id(track.legs)
+        laid = self._laid.get(key)
+        if laid is None:
+            laid = self._laid[key] = track.legs, self._layout.path(track.legs)
+        return laid[1]
 
     def lay(self, tracks: Iterable[Track]) -> None:
         """Lay paths out before vehicles come."""

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
-from loopgate.control.chain import full_after
+from loopgate.control.chain import closes
 from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
 from loopgate.control.places import Vehicle
@@ -61,7 +61,7 @@ def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
 
 def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     """Refuse a move that would close a circle of full places, or lead into such a circle."""
-    return Refusal("deadlock", stage=CHAIN) if full_after(vehicle).circle() else None
+    return Refusal("deadlock", stage=CHAIN) if closes(vehicle) else None
 
 
 def usual(outside: Sequence[Rule] = (), last: Rule = chain) -> list[Rule]:

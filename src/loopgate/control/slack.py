@@ -14,7 +14,7 @@ from math import floor, inf
 from typing import Final
 
 from loopgate.control.motion import STANDING_MPS
-from loopgate.control.places import Leg, Place, Vehicle
+from loopgate.control.places import Body, Leg, Place, Vehicle
 from loopgate.control.roads import Edge, Lane, Other, Stretch
 from loopgate.control.sight import AHEAD
 
@@ -36,21 +36,38 @@ def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
     its length and a gap. The result is infinite if there is no ordinary vehicle: then the rules about slots
     decide.
     """
-    taken_m, count = 0.0, 0
-    for other in stretch.lane.fronts:
-        if stretch.holds(other):
-            taken_m += other.length_m + _GAP_M
-            count += 1
-    for lane in stretch.into:
-        for other in lane.fronts:
-            taken_m += other.length_m + _GAP_M
-            count += 1
-    if not count:
+    taken_m = _taken_m(stretch)
+    if taken_m == 0.0:
         return inf
     for vehicle in there:
         taken_m += vehicle.make.length_m + _GAP_M
-    left_m = stretch.end_m - stretch.begin_m - taken_m
-    return max(0.0, float(floor(left_m / (length_m + _GAP_M))))
+    return _more(stretch, taken_m, length_m)
+
+
+def fit_beside(stretch: Stretch, bodies: Iterable[Body], length_m: float) -> float:
+    """Return `fit` beside the vehicles that hold the slots `bodies`."""
+    taken_m = _taken_m(stretch)
+    if taken_m == 0.0:
+        return inf
+    for body in bodies:
+        taken_m += body.vehicle.make.length_m + _GAP_M
+    return _more(stretch, taken_m, length_m)
+
+
+def _taken_m(stretch: Stretch) -> float:
+    """Return the length that ordinary vehicles take of a place, with their gaps; 0 if there is none [m]."""
+    taken_m = 0.0
+    for other in stretch.lane.fronts:
+        if stretch.holds(other):
+            taken_m += other.length_m + _GAP_M
+    for lane in stretch.into:
+        for other in lane.fronts:
+            taken_m += other.length_m + _GAP_M
+    return taken_m
+
+
+def _more(stretch: Stretch, taken_m: float, length_m: float) -> float:
+    return max(0.0, float(floor((stretch.end_m - stretch.begin_m - taken_m) / (length_m + _GAP_M))))
 
 
 class Slack:
@@ -90,8 +107,7 @@ class Slack:
         for other in stretch.lane.fronts:
             if -_CLEAR_M < other.position_m - here_m < other.length_m:
                 return False
-        holders = [body.vehicle for body in vehicle.leg.place.bodies]
-        if fit(stretch, holders, vehicle.make.length_m) < 1.0:
+        if fit_beside(stretch, vehicle.leg.place.bodies, vehicle.make.length_m) < 1.0:
             return False
         return not self._too_tight(vehicle, vehicle.leg, None, line_m)
 

@@ -30,6 +30,9 @@ FASTEST: Final = 1.1
 _LEAST_CHANGE: Final = 0.005
 
 
+_SPACING: Final = Refusal("spacing", outside=True)
+
+
 class Ring:
     """The vehicles of one loop.
 
@@ -105,7 +108,7 @@ class Spacing:
         waited_s = now_s - vehicle.since_s
         if waited_s >= _HOLD_S * len(ring.vehicles) / 2.0 or waited_s >= _HOLD_S * ring.lead(vehicle):
             return None
-        return Refusal("spacing", outside=True)
+        return _SPACING
 
     def is_behind(self, vehicle: Vehicle) -> bool:
         """Return whether a vehicle is behind the middle between its neighbours."""

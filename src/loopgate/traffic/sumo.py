@@ -193,10 +193,10 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         return Whereabouts(vehicles, [*map(self._lane_of, vehicles)], *figures)
 
     def lane(self, vehicle: str) -> tuple[str, float]:
-        return self._vehicle.getLaneID(vehicle), float(self._vehicle.getLanePosition(vehicle))
+        return self._lane_of(vehicle), float(self._place_and_speed[0](vehicle))
 
     def speed(self, vehicle: str) -> float:
-        return float(self._vehicle.getSpeed(vehicle))
+        return float(self._place_and_speed[1](vehicle))
 
     def parks(self, vehicle: str) -> bool:
         return bool(self._vehicle.isStoppedParking(vehicle))

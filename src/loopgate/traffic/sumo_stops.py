@@ -61,16 +61,16 @@ class SumoStops:
         """
         lane = f"{edge}_{lane_index}"
         here = self._lane_of(vehicle)
-        on_edge = here.rpartition("_")[0] == edge
-        if on_edge and here != lane:
+        on_edge = here == lane
+        if not on_edge and here.rpartition("_")[0] == edge:
             return False
-        stop = {"pos": position_m, "laneIndex": lane_index, "duration": _FOR_EVER_S}
+        stop = position_m, lane_index, _FOR_EVER_S
         alone = vehicle not in self._holds if self._is_ours(vehicle) else not self._stops_of(vehicle, 1)
         try:
             if on_edge and alone and self._may_insert(edge, self._class_of(vehicle)):
-                self._insert_stop(vehicle, 0, edge, **stop)
+                self._insert_stop(vehicle, 0, edge, *stop)
             else:
-                self._set_stop(vehicle, edge, **stop)
+                self._set_stop(vehicle, edge, *stop)
         except self._error as error:
             msg = f"vehicle {vehicle}: SUMO cannot hold it on {lane} at {position_m:.1f} m: {error}"
             closed = self._vehicle.getVehicleClass(vehicle) in self._api.lane.getDisallowed(lane)

@@ -57,9 +57,8 @@ class FrontRecorder:
         """Record the positions after a step."""
         drive = self._drive
         if self._changes != drive.changes:  # vehicles may have come since the step
-            code = self._recorder.code
-            self._changes = drive.changes
-            self._names = np.array([code(name) for name in drive.names()], dtype=np.int64)
+            self._changes, names = drive.changes, drive.names()
+            self._names = np.fromiter(map(self._recorder.code, names), np.int64, len(names))
         fronts = drive.fronts()
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._names)

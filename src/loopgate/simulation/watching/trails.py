@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from collections.abc import Collection, Iterable, Iterator
+from itertools import compress, count
+from operator import ne
 from typing import Any, Final
 
 import numpy as np
@@ -66,13 +68,15 @@ class Trails:
         for now, here, granted in self._seen:
             was = self._here
             if here.vehicles == was.vehicles:
-                both = zip(here.vehicles, was.lanes, here.lanes, strict=True)
-                moves = [(vehicle, before, lane) for vehicle, before, lane in both if lane != before]
+                rows = compress(count(), map(ne, was.lanes, here.lanes))
+                moves = [(here.vehicles[row], was.lanes[row], here.lanes[row]) for row in rows]
             else:
-                on = dict(zip(was.vehicles, was.lanes, strict=True))
+                left = dict(zip(was.vehicles, was.lanes, strict=True))
                 pairs = zip(here.vehicles, here.lanes, strict=True)
-                moves = [(v, on.get(v, ""), lane) for v, lane in pairs if on.get(v) != lane]
-                for vehicle in on.keys() - here.vehicles:
+                moves = [
+                    (v, was_on or "", lane) for v, lane in pairs if (was_on := left.pop(v, None)) != lane
+                ]
+                for vehicle in left:
                     del self._lanes[vehicle]
                     gone.append(vehicle)
             for vehicle, _, lane in moves:
