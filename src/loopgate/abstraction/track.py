@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
 from collections import Counter
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -107,12 +106,6 @@ class Track:
         if not self.rounds:
             return names[edge:]
         return names[edge:] + names * 2 + names[: names.index(self.renewed_on) + 1]
-
-    @property
-    def first_edge(self) -> str:
-        """The edge on which the front stands at the beginning."""
-        begins = [begin for begin, _ in self.edges]
-        return self.edges[bisect_right(begins, self.start_m % self.lap_m) - 1][1]
 
 
 def continues(leg: DrawnLeg, other: DrawnLeg) -> bool:

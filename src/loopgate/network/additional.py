@@ -13,8 +13,7 @@ FLEET = frozenset({"vehicle", "flow", "trip"})
 
 _TYPES = frozenset({"vType", "vTypeDistribution"})
 _ROUTES = frozenset({"route", "routeDistribution"})
-DEMAND = FLEET | _TYPES | _ROUTES
-"""Elements of route files."""
+"""`_TYPES` and `_ROUTES`: the other elements of route files."""
 
 STOPPING_PLACES = frozenset({"busStop", "trainStop", "parkingArea", "chargingStation", "containerStop"})
 """Elements of additional files at which vehicles stop."""

@@ -134,9 +134,6 @@ class Leading:
         The paths of all vehicles, also of later ones, and all other paths. They are laid out at once.
     """
 
-    arrived: Container[str] = ()
-    """Always empty: vehicles that have arrived are not in `driver_of` either."""
-
     def __init__(self, traffic: Traffic, driving: Driving, tracks: Iterable[Track]) -> None:
         self._traffic, self._driving, self._ledger = traffic, driving, driving.ledger
         tracks = list(tracks)

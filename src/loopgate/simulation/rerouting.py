@@ -90,7 +90,7 @@ class Rerouting:
             self._due_s |= dict.fromkeys(sorted(departed), now)
         for vehicle in [vehicle for vehicle, at_s in self._due_s.items() if at_s <= now]:
             driver = self._leading.driver_of.get(vehicle)
-            if driver is None or vehicle in self._leading.arrived:
+            if driver is None:
                 del self._due_s[vehicle]
             elif driver.settled:
                 self._lead(driver)
