@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,9 @@ from loopgate import kernel_cache
 settings.register_profile("quick", deadline=None, max_examples=60, derandomize=True)
 settings.register_profile("soak", deadline=None, max_examples=3000)
 settings.load_profile("quick")
+
+_ALONE = "LOOPGATE_TEST_ALONE"
+"""Is set in the process of a single test."""
 
 
 def pytest_configure() -> None:
@@ -38,35 +42,39 @@ def pytest_configure() -> None:
         kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
 
 
-def _half_built() -> bool:
-    """Return whether SUMO has refused an input of a test in this process, and left a part of it."""
+def _refusals() -> int:
+    """Return how often SUMO has refused an input of a test in this process, and left a part of it."""
     backend = sys.modules.get("loopgate.traffic.libsumo_backend")
-    return backend is not None and bool(backend.half_built)
+    return 0 if backend is None else len(backend.half_built)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
-    """Run a test in a process of its own if it leaves a part of its input in libsumo, or finds one there.
+    """Run a test in a process of its own if it leaves a part of its input in libsumo.
 
-    With such a part the next simulation in the process can end it. Runs of loopgate go to another process
-    then; tests that start libsumo themselves do not.
+    With such a part the next simulation in the process can end it, and runs go to another process.
     """
-    marked = pyfuncitem.get_closest_marker
-    starts = marked("in_libsumo") or {"libsumo", "libsumo_backend"} & vars(pyfuncitem.module).keys()
-    alone = marked("spoils_libsumo") or (starts and _half_built())
-    if not alone or "LOOPGATE_TEST_ALONE" in os.environ:
+    if pyfuncitem.get_closest_marker("spoils_libsumo") is None or _ALONE in os.environ:
         return None
-    command = [sys.executable, "-m", "pytest", "-q", "-n", "0", pyfuncitem.nodeid]
     done = subprocess.run(
-        command,
+        [sys.executable, "-m", "pytest", "-q", "-n", "0", pyfuncitem.nodeid],
         check=False,
         capture_output=True,
         text=True,
         cwd=pyfuncitem.config.rootpath,
-        env={**os.environ, "LOOPGATE_TEST_ALONE": "1"},
+        env={**os.environ, _ALONE: "1"},
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return True
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
+    """Fail a test that leaves a part of its input in libsumo unmarked: all tests after it would be slow."""
+    before = _refusals()
+    yield
+    if _refusals() > before and _ALONE not in os.environ:
+        pytest.fail(f"{item.nodeid} leaves a part of its input in libsumo: mark it as spoils_libsumo")
 
 
 @pytest.fixture

@@ -109,7 +109,6 @@ def test_a_step_needs_an_episode(env: LoopgateEnv) -> None:
         env.step({})
 
 
-@pytest.mark.in_libsumo
 def test_an_environment_beside_a_run(env: LoopgateEnv) -> None:
     """Both want libsumo: whatever comes second is refused at its start, and the first goes on."""
     env.reset(seed=1)
