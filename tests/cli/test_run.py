@@ -220,8 +220,7 @@ def test_a_network_that_is_no_xml(tmp_path: Path) -> None:
     assert len(done.stderr.strip().splitlines()) == 1, done.stderr
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
-def test_names_go_to_a_stream_that_cannot_hold_them(tmp_path: Path, encoding: str) -> None:
+def test_names_go_to_a_stream_that_cannot_hold_them(tmp_path: Path) -> None:
     """A table is printed all the same, and a route file as the UTF-8 that it says it is."""
     network = tmp_path / "Łódź.net.xml"
     network.write_text(
@@ -230,7 +229,7 @@ def test_names_go_to_a_stream_that_cannot_hold_them(tmp_path: Path, encoding: st
     for words in (("run", network, "--loops", "1", "--duration", "20"), ("loops", network, "--count", "1")):
         done = subprocess.run(
             [sys.executable, "-c", "from loopgate.cli.main import main; main()", *map(str, words)],
-            env=os.environ | {"PYTHONIOENCODING": encoding},
+            env=os.environ | {"PYTHONIOENCODING": "ascii"},
             capture_output=True,
             check=False,
         )

@@ -51,7 +51,7 @@ SHORTER = {
     r"^(python analysis/road_systems.py)$": r"\1 --limit 100 --vehicles 3 -o road-systems.csv",
     r"^(python analysis/certified_study.py) --systems 20000": r"\1 --systems 20 -o certified",
     r"^(python analysis/bench_certified.py)$": r"\1 --robots 8 --moves 20",
-    r"^(python analysis/counterexamples.py) --systems 20000": r"\1 --systems 20 --out counterexamples",
+    r"^(python analysis/counterexamples.py) --systems 20000": r"\1 --systems 6 --out counterexamples",
     r"^(python analysis/throughput.py) --seeds 5 --write": (
         r"\1 --seeds 1 --vehicles 60 --duration 20 --rules oldest --out study"
     ),
