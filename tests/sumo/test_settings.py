@@ -10,6 +10,7 @@ import pytest
 
 from loopgate.network import RoadNetwork, write_loops
 from loopgate.simulation import assembly
+from loopgate.simulation.assembly import assemble
 from loopgate.simulation.demand.random_loops import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -38,6 +39,18 @@ def test_nothing_is_foreseen_of_who_is_slow(tmp_path: Path, monkeypatch: pytest.
     foreseen = driven(tmp_path, SLOW)
     assert foreseen["warnings"] == []
     assert any("on the stretch that" in finding for finding in foreseen["audit"])
+
+
+def test_nothing_is_foreseen_of_who_is_slow_and_departs_later(tmp_path: Path) -> None:
+    """Its type decides, as it does for vehicles that are there from the beginning."""
+    file = tmp_path / "loops.rou.xml"
+    write_loops(random_loops(Scenario(network=GRID), RoadNetwork.open(GRID), 2).loops, file)
+    later = "".join(f'<vehicle id="v{k}" type="t" route="loop{k}" depart="{60 * k}"/>' for k in range(2))
+    words = file.read_text().replace("<routes>", f'<routes><vType id="t" {SLOW}/>')
+    file.write_text(words.replace("</routes>", f"{later}</routes>"))
+    assembled = assemble(Scenario(network=GRID, routes=str(file), duration_s=300.0))
+    assert [track.foreseen for track in (*assembled.tracks, *assembled.later_tracks)] == [False, False]
+    assert len(assembled.later_tracks) == 1
 
 
 @pytest.mark.parametrize("model", ["KraussOrig1", "Daniel1"])
