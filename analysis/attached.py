@@ -271,13 +271,13 @@ def count_misordered(api: Any, gate: loopgate.Attached) -> int:  # noqa: ANN401 
     fleet = gate._fleet  # noqa: SLF001  its books are what is looked at
     there = set(api.vehicle.getIDList())
     on_lanes: dict[tuple[StateId, str], list[tuple[float, str]]] = {}
-    for driver in fleet.vehicles.values():
-        if driver.id in there and driver.settled:
-            key = driver.leg(driver.granted).state, api.vehicle.getLaneID(driver.id)
-            on_lanes.setdefault(key, []).append((-api.vehicle.getLanePosition(driver.id), driver.id))
+    for name, diary in fleet.diaries.items():
+        if name in there and diary.vehicle.is_settled():
+            key = diary.drawn(diary.vehicle.granted).state, api.vehicle.getLaneID(name)
+            on_lanes.setdefault(key, []).append((-api.vehicle.getLanePosition(name), name))
     wrong = 0
     for (place, _), found in on_lanes.items():
-        line = [driver.id for driver in fleet.leads.line(place)]
+        line = [diary.vehicle.name for diary in fleet.leads.line(place)]
         booked = [line.index(vehicle) for _, vehicle in sorted(found)]
         wrong += sum(one > other for one, other in pairwise(booked))
     return wrong

@@ -303,6 +303,16 @@ class Vehicle:
         """Return whether it stays where it is for now, so that nothing should be kept for it."""
         return self.withheld == "stop" or self.stops_here()
 
+    def holds(self) -> range:
+        """Return the numbers of the legs in whose places it holds a slot."""
+        return range(self.granted + 1 - len(self.bodies), self.granted + 1)
+
+    def crosses(self) -> range:
+        """Return the numbers of the legs whose crossings its rear has not cleared."""
+        if not self.trips:
+            return range(0)
+        return range(self.holds()[self.bodies.index(self.trips[0].into)] - 1, self.granted)
+
     def is_settled(self) -> bool:
         """Return whether it is in one place with its full length, and holds nothing else."""
         return len(self.bodies) == 1 and not self.trips and self.front_m >= self.bodies[0].begin_m

@@ -9,11 +9,12 @@ from math import inf
 from typing import Any, Protocol
 
 from loopgate.abstraction.track import Track
+from loopgate.control.diary import Diary
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.leading import Leading, LedVehicle
+from loopgate.simulation.leading import Leading
 from loopgate.simulation.roadside import Roadside
 from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
@@ -164,13 +165,13 @@ class Containment:
         before = frozenset(self.broken)
         self.broken.clear()
         self.broken.update(one.vehicle for one in self._standing.incidents.broken_at(now))
-        for vehicle in sorted((before | self.broken) & self._leading.driver_of.keys()):
+        for vehicle in sorted((before | self.broken) & self._leading.diaries.keys()):
             if self._standing.brakes:
                 self._traffic.keep_to(vehicle, 0.0 if vehicle in self.broken else None)
 
     def _withhold(self) -> None:
         """Grant nothing to a vehicle that is cut off or broken down: it would stand on the next crossing."""
-        self._leading.withhold((self.broken | self._cut_offs) & self._leading.driver_of.keys())
+        self._leading.withhold((self.broken | self._cut_offs) & self._leading.diaries.keys())
 
     def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
         """Yield the blocked places, each with the reason and the vehicle."""
@@ -186,18 +187,18 @@ class Containment:
         standing += [(vehicle, STOPS) for vehicle in at_stops]
         standing += [(vehicle, TRAPPED) for vehicle in self._trapped(now, any_stands=bool(standing))]
         for vehicle, why in standing:
-            driver = self._leading.driver_of.get(vehicle)
-            if driver is not None and vehicle not in self._leading.beside:
+            diary = self._leading.diaries.get(vehicle)
+            if diary is not None and vehicle not in self._leading.beside:
                 self._stand.add(vehicle)
-                self._stuck.update(self._ways.junction(driver.leg(leg)) for leg in driver.crossed)
-                yield from ((driver.leg(leg).state, (why, vehicle)) for leg in driver.held)
+                self._stuck.update(self._ways.junction(diary.drawn(leg)) for leg in diary.vehicle.crosses())
+                yield from ((diary.drawn(leg).state, (why, vehicle)) for leg in diary.vehicle.holds())
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
         """Return the vehicles that have stood on a crossing for a minute behind a standing vehicle."""
         still = [
-            driver.id
-            for driver in self._leading.driver_of.values()
-            if any_stands and driver.speed_mps < _STILL_MPS and driver.crossed
+            diary.vehicle.name
+            for diary in self._leading.diaries.values()
+            if any_stands and diary.vehicle.speed < _STILL_MPS and diary.vehicle.crosses()
         ]
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
         return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
@@ -220,41 +221,41 @@ class Containment:
         there.
         """
         lost: dict[str, None] = {}
-        firsts: dict[str, LedVehicle] = {}
-        for driver in self._leading.driver_of.values():
-            place = driver.leg(driver.granted).state
-            if driver.settled and place not in firsts and driver in self._leading.line(place)[:1]:
-                firsts[place] = driver
+        firsts: dict[str, Diary] = {}
+        for diary in self._leading.diaries.values():
+            place = diary.drawn(diary.vehicle.granted).state
+            if diary.vehicle.is_settled() and place not in firsts and diary in self._leading.line(place)[:1]:
+                firsts[place] = diary
         while True:
             avoided = self.blocked.keys() | lost.keys()
             self._ways.avoid(avoided, self._stuck)
             more = [
                 place
-                for place, driver in firsts.items()
-                if place not in avoided and self._cut_off(driver, lost) and not self._has_way(driver)
+                for place, diary in firsts.items()
+                if place not in avoided and self._cut_off(diary, lost) and not self._has_way(diary)
             ]
             if not more:
-                self._cut_offs = {firsts[place].id for place in lost}
+                self._cut_offs = {firsts[place].vehicle.name for place in lost}
                 return lost
             lost |= dict.fromkeys(sorted(more))
 
-    def _cut_off(self, driver: LedVehicle, lost: Container[str]) -> bool:
+    def _cut_off(self, diary: Diary, lost: Container[str]) -> bool:
         """Return whether the first vehicle of a place cannot go on along its path."""
-        place = driver.leg(driver.granted + 1).state
+        place = diary.drawn(diary.vehicle.granted + 1).state
         if place in self.blocked or (place in lost and self._is_full(place)):
             return True
-        if self._ways.junction(driver.leg(driver.granted)) not in self._stuck:
+        if self._ways.junction(diary.drawn(diary.vehicle.granted)) not in self._stuck:
             return False
-        return not self._stand.isdisjoint(self._leading.waits_behind(driver.id))
+        return not self._stand.isdisjoint(self._leading.waits_behind(diary.vehicle.name))
 
     def _is_full(self, place: str) -> bool:
         """Return whether a place has as many vehicles in line as slots."""
         return len(self._leading.line(place)) >= self._leading.slots(place)
 
-    def _has_way(self, driver: LedVehicle) -> bool:
+    def _has_way(self, diary: Diary) -> bool:
         """Return whether a vehicle can go on along another path."""
-        ways = self._ways.others(driver)
-        return not self._standing.keeps_loop(driver.id) and any(
+        ways = self._ways.others(diary)
+        return not self._standing.keeps_loop(diary.vehicle.name) and any(
             self._ways.free_legs(track, at) > 0 for track, at in ways
         )
 
@@ -264,27 +265,27 @@ class Containment:
         if not self.blocked and not self.turns:
             return
         self._lost = self._find_lost()
-        for vehicle in sorted(self._leading.driver_of):
-            driver = self._leading.driver_of[vehicle]
-            own = self._ways.own(driver.track)
-            if own is None or not driver.settled or self.why(vehicle):
+        for vehicle in sorted(self._leading.diaries):
+            diary = self._leading.diaries[vehicle]
+            own = self._ways.own(diary.track)
+            if own is None or not diary.vehicle.is_settled() or self.why(vehicle):
                 continue
-            now = self._ways.free_legs(driver.track, driver.granted)
-            if now == inf and driver.track.loop == own.loop:
+            now = self._ways.free_legs(diary.track, diary.vehicle.granted)
+            if now == inf and diary.track.loop == own.loop:
                 continue
-            best, track, position = now, driver.track, 0
-            for other, at in self._ways.others(driver):
+            best, track, position = now, diary.track, 0
+            for other, at in self._ways.others(diary):
                 if other is not own and self._standing.keeps_loop(vehicle):
                     continue
                 free = self._ways.free_legs(other, at)
-                back = free == inf and other is own and driver.track.loop != other.loop
+                back = free == inf and other is own and diary.track.loop != other.loop
                 if free > best or (back and track.loop != other.loop):
                     best, track, position = free, other, at
-            if track.loop != driver.track.loop:
-                self._turn(driver, track, position)
-            elif best == 0 and self._cut_off(driver, self._lost):
+            if track.loop != diary.track.loop:
+                self._turn(diary, track, position)
+            elif best == 0 and self._cut_off(diary, self._lost):
                 self._no_way[own.loop] = None
-                self._leave(driver)
+                self._leave(diary)
 
     def _clear(self) -> None:
         """Let vehicles behind a standing vehicle in its place leave the road; call other vehicles back."""
@@ -292,27 +293,31 @@ class Containment:
             return
         for place, one in self.blocked.items():
             line = self._leading.line(place) if one.vehicle else []
-            names = [driver.id for driver in line]
+            names = [diary.vehicle.name for diary in line]
             if one.vehicle in names:
-                for driver in line[names.index(one.vehicle) + 1 :]:
-                    self._leave(driver)
+                for diary in line[names.index(one.vehicle) + 1 :]:
+                    self._leave(diary)
         self.roadside.look(self.blocked.keys() | self._lost.keys())
 
-    def _leave(self, driver: LedVehicle) -> None:
+    def _leave(self, diary: Diary) -> None:
         """Let a vehicle without another path leave the road, with ``standing="leave"`` and no own stops."""
-        if self.roadside is not None and not (self.why(driver.id) or self._standing.keeps_loop(driver.id)):
-            self.roadside.take(driver)
+        if self.roadside is not None and not (
+            self.why(diary.vehicle.name) or self._standing.keeps_loop(diary.vehicle.name)
+        ):
+            self.roadside.take(diary)
 
-    def _turn(self, driver: LedVehicle, track: Track, position: int) -> None:
+    def _turn(self, diary: Diary, track: Track, position: int) -> None:
         """Lead a vehicle to another path from its place, if every vehicle can still go on."""
-        before = driver.granted
-        if self._everyone_goes_on(driver, track) and self._leading.turn_off(driver.id, track, position):
-            self.turns[driver.id].append(TurnOff(before, track.loop, position))
+        before = diary.vehicle.granted
+        if self._everyone_goes_on(diary, track) and self._leading.turn_off(
+            diary.vehicle.name, track, position
+        ):
+            self.turns[diary.vehicle.name].append(TurnOff(before, track.loop, position))
 
-    def _everyone_goes_on(self, driver: LedVehicle, track: Track) -> bool:
+    def _everyone_goes_on(self, diary: Diary, track: Track) -> bool:
         """Return whether condition (S) holds with a vehicle on another path."""
-        every = self._leading.driver_of.values()
-        tracks = [other.track if other is not driver else track for other in every]
+        every = self._leading.diaries.values()
+        tracks = [other.track if other is not diary else track for other in every]
         number: dict[str, int] = {}
         loops = [
             [number.setdefault(leg.state, len(number)) for leg in one.legs] for one in tracks if one.rounds
@@ -327,8 +332,8 @@ class Containment:
 
     def reason(self, vehicle: str) -> str:
         """Return why a vehicle stands, or why the place that it waits for is blocked; else an empty text."""
-        driver = self._leading.driver_of.get(vehicle)
-        ahead = self.blocked.get(driver.leg(driver.granted + 1).state) if driver is not None else None
+        diary = self._leading.diaries.get(vehicle)
+        ahead = self.blocked.get(diary.drawn(diary.vehicle.granted + 1).state) if diary is not None else None
         return self.why(vehicle) or (ahead.why if ahead is not None else "")
 
     def report(self) -> dict[str, Any]:

@@ -10,8 +10,9 @@ import numpy as np
 
 from loopgate.abstraction.track import Track, continues
 from loopgate.arrays import Floats, Ints
+from loopgate.control.diary import Diary
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.leading import Leading, LedVehicle
+from loopgate.simulation.leading import Leading
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
 
@@ -83,17 +84,17 @@ class Rerouting:
             self._sample()
         if self._changes != self._leading.changes:
             self._changes = self._leading.changes
-            there = self._leading.driver_of
+            there = self._leading.diaries
             departed = [vehicle for vehicle in self._waiting if vehicle in there]
             self._waiting.difference_update(departed)
             self._due_s = {v: at_s for v, at_s in self._due_s.items() if v in there}
             self._due_s |= dict.fromkeys(sorted(departed), now)
         for vehicle in [vehicle for vehicle, at_s in self._due_s.items() if at_s <= now]:
-            driver = self._leading.driver_of.get(vehicle)
-            if driver is None:
+            diary = self._leading.diaries.get(vehicle)
+            if diary is None:
                 del self._due_s[vehicle]
-            elif driver.settled:
-                self._lead(driver)
+            elif diary.vehicle.is_settled():
+                self._lead(diary)
                 self._due_s[vehicle] = now + self._anew[vehicle].every_s
 
     def _sample(self) -> None:
@@ -101,32 +102,36 @@ class Rerouting:
         self._seen.append(np.where(speeds < 0.0, self._allowed_mps, speeds))
         self._times_s = self._length_m / np.maximum(np.mean(self._seen, axis=0), _LEAST_MPS)
 
-    def _lead(self, driver: LedVehicle) -> None:
+    def _lead(self, diary: Diary) -> None:
         """Lead a vehicle to the quickest path from its place, if it is quicker than its own."""
-        vehicle, leg = driver.id, driver.granted
-        if len(self.turns[vehicle]) >= _MOST_TURNS or driver.stops_here or leg >= len(driver.track.legs) - 1:
+        vehicle, leg = diary.vehicle.name, diary.vehicle.granted
+        if (
+            len(self.turns[vehicle]) >= _MOST_TURNS
+            or diary.vehicle.stops_here()
+            or leg >= len(diary.track.legs) - 1
+        ):
             return
-        ways = list(self._ways(driver, leg))
+        ways = list(self._ways(diary, leg))
         times_s = [float(self._times_s[way.edges].sum()) for way in ways]
         best, said = min(range(len(ways)), key=lambda k: times_s[k], default=None), self._anew[vehicle]
-        if best is None or times_s[best] * said.factor + said.least_s >= self._own(driver, leg):
+        if best is None or times_s[best] * said.factor + said.least_s >= self._own(diary, leg):
             return
         way = ways[best]
         if self._leading.turn_off(vehicle, way.track, way.position):
             self.turns[vehicle].append(TurnOff(leg, way.track.loop, way.position))
 
-    def _own(self, driver: LedVehicle, leg: int) -> float:
+    def _own(self, diary: Diary, leg: int) -> float:
         """Return the time that the rest of its own path takes [s]."""
-        track = driver.track
+        track = diary.track
         here = bisect_left([begin_m for begin_m, _ in track.edges], track.legs[leg].end_m)
         numbers = [self._edges[name] for _, name in track.edges[here:]]
         return float(self._times_s[numbers].sum())
 
-    def _ways(self, driver: LedVehicle, leg: int) -> Iterator[_Onward]:
+    def _ways(self, diary: Diary, leg: int) -> Iterator[_Onward]:
         """Yield the other paths from a vehicle's place to its destination."""
-        track = driver.track
+        track = diary.track
         here, end = track.legs[leg], track.legs[-1].state
-        for way in self._onward.get((self._kinds[driver.id], here.state), {}).values():
+        for way in self._onward.get((self._kinds[diary.vehicle.name], here.state), {}).values():
             other = way.track
             if other.legs[-1].state != end or other.loop == track.loop or not self._leading.knows(other):
                 continue

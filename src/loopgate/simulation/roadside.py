@@ -6,12 +6,13 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Any
 
+from loopgate.control.diary import Diary
 from loopgate.control.motion import STANDING_MPS
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.leading import Leading, LedVehicle
+from loopgate.simulation.leading import Leading
 from loopgate.traffic.base import Traffic
 
 NO_WAY = "no way round"
@@ -54,18 +55,18 @@ class Roadside:
         self._out: dict[str, Beside] = {}
         self._every: list[Beside] = []
 
-    def take(self, driver: LedVehicle) -> None:
+    def take(self, diary: Diary) -> None:
         """Let a vehicle leave the road, if it stands and holds its place only."""
-        vehicle, traffic = driver.id, self._traffic
-        if vehicle in self._out or not self._leading.sets_aside or not driver.settled:
+        vehicle, traffic = diary.vehicle.name, self._traffic
+        if vehicle in self._out or not self._leading.sets_aside or not diary.vehicle.is_settled():
             return
         lane, at_m = traffic.lane(vehicle)
-        if driver.speed_mps > STANDING_MPS or not lane or lane.startswith(":"):
+        if diary.vehicle.speed > STANDING_MPS or not lane or lane.startswith(":"):
             return
-        place, ahead = (driver.leg(driver.granted + n).state for n in (0, 1))
+        place, ahead = (diary.drawn(diary.vehicle.granted + n).state for n in (0, 1))
         self._leading.wait_for_nothing(vehicle)
         try:
-            traffic.set_stop(vehicle, _stop(lane, at_m, driver.left_m(place)))
+            traffic.set_stop(vehicle, _stop(lane, at_m, diary.vehicle.left_m()))
         except TrafficError:
             self._leading.wait_again(vehicle)
             return
@@ -97,13 +98,13 @@ class Roadside:
         if one is None or one.called:
             return
         one.called = True
-        if vehicle in self._leading.driver_of:
+        if vehicle in self._leading.diaries:
             self._leading.call_back(vehicle)
         if self._traffic.parks(vehicle):
             self._traffic.stay(vehicle, _SOON_STEPS * self._traffic.step_s)
 
     def _note_parked(self, one: Beside) -> None:
-        known = one.vehicle in self._leading.driver_of
+        known = one.vehicle in self._leading.diaries
         if not self._traffic.parks(one.vehicle):
             return
         one.parked = not known or self._leading.step_aside(one.vehicle, NO_WAY)

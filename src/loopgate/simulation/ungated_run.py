@@ -48,10 +48,9 @@ class UngatedDepartures(Departures):
         departures: Sequence[VehicleStart],
         traffic: Traffic,
         driving: Driving,
-        leading: Leading,
     ) -> None:
         super().__init__(departures)
-        self._traffic, self._driving, self._leading = traffic, driving, leading
+        self._traffic, self._driving = traffic, driving
         self._starts = {one.vehicle: one for one in departures}
 
     def look(self) -> None:
@@ -67,7 +66,6 @@ class UngatedDepartures(Departures):
             at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
             tracks.append(alone(replace(start.track, start_m=at_m)))
         if tracks:
-            self._leading.know(tracks)
             self._driving.welcome(tracks)
 
 
@@ -86,7 +84,7 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
     stops = StopFigures(driving)
     departures, looks = Departures(()), list[Callable[[], None]]()
     if assembly.departures:
-        departures = UngatedDepartures(assembly.departures, traffic, driving, leading)
+        departures = UngatedDepartures(assembly.departures, traffic, driving)
         looks.append(departures.look)
     containment = None
     if assembly.contains:

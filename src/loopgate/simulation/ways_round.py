@@ -10,8 +10,8 @@ from math import inf
 
 from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.abstraction.track import Track, continues
+from loopgate.control.diary import Diary
 from loopgate.network import Edge
-from loopgate.simulation.leading import LedVehicle
 
 _SAME_M = 0.1
 
@@ -72,9 +72,9 @@ class WaysRound:
         """Return the loop of a path; None for the path of a vehicle that drives once."""
         return self._ways[track.loop][0] if track.loop in self._ways else None
 
-    def others(self, driver: LedVehicle) -> Sequence[tuple[Track, int]]:
+    def others(self, diary: Diary) -> Sequence[tuple[Track, int]]:
         """Return the paths of a vehicle's loop through its place, with the index of that place on each."""
-        here, loop = driver.leg(driver.granted), driver.track.loop
+        here, loop = diary.drawn(diary.vehicle.granted), diary.track.loop
         key = loop, here.state, here.end_m
         if key not in self._through:
             tracks = self._ways.get(loop, ())

@@ -11,29 +11,28 @@ from loopgate.network.incidents import Breakdown, Incidents
 from loopgate.simulation.containment import Containment
 
 
-def driver(name: str, *, crossed: int) -> Any:  # noqa: ANN401  what is read of a vehicle
-    """Return a vehicle that stands in its first place, with what lies before that cleared or not."""
+def diary(name: str, *, crossed: int) -> Any:  # noqa: ANN401  what is read of a vehicle
+    """Return the diary of a vehicle that stands in its first place; its crossing before is cleared or not."""
     legs = [SimpleNamespace(state=f"p{n}") for n in range(3)]
-    return SimpleNamespace(
-        id=name,
+    vehicle = SimpleNamespace(
+        name=name,
         granted=1,
-        held=range(1, 2),
-        crossed=range(crossed, 1),
-        speed_mps=0.0,
-        settled=crossed == 1,
-        leg=legs.__getitem__,
+        holds=lambda: range(1, 2),
+        crosses=lambda: range(crossed, 1),
+        speed=0.0,
+        is_settled=lambda: crossed == 1,
     )
+    return SimpleNamespace(vehicle=vehicle, drawn=legs.__getitem__, track=None)
 
 
 @pytest.mark.parametrize(("crossed", "trapped"), [(0, True), (1, False)])
 def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *, trapped: bool) -> None:
     """Also one that has left its last place: its rear is in the way of all that goes over the junction."""
-    broken, behind = driver("broken", crossed=1), driver("behind", crossed=crossed)
+    diaries = {"broken": diary("broken", crossed=1), "behind": diary("behind", crossed=crossed)}
     stuck: list[set[str]] = []
     withheld: list[set[str]] = []
-    drivers = [broken, behind]
     leading = SimpleNamespace(
-        driver_of={one.id: one for one in drivers},
+        diaries=diaries,
         beside=set(),
         line=lambda _: [],
         shut=lambda _: None,
@@ -49,8 +48,6 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
     )
     traffic = SimpleNamespace(now_s=0.0)
     recorder = SimpleNamespace(note=lambda *_: None)
-    for one in drivers:
-        one.track = None
     contained = Containment(cast("Any", standing), *cast("Any", (ways, traffic, leading, recorder)))
     for traffic.now_s in (1.0, 30.0, 61.0, 62.0):
         contained.look()

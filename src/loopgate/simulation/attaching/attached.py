@@ -122,7 +122,7 @@ class Attached:
     @property
     def _known(self) -> AbstractSet[str]:
         """All vehicles that have joined or wait to join."""
-        return self._fleet.vehicles.keys() | self._entrance.newcomers.keys()
+        return self._fleet.diaries.keys() | self._entrance.newcomers.keys()
 
     def _newcomer(self, vehicle: str) -> Newcomer:
         if not self._sumo.knows(vehicle):
@@ -262,7 +262,7 @@ class Attached:
         TrafficError
             If a vehicle is of another class, keeps a longer gap, or drives in a way that gates exclude.
         """
-        for vehicle in self._fleet.vehicles:
+        for vehicle in self._fleet.diaries:
             before, name = self._kinds[vehicle], self._sumo.type_name(vehicle)
             if name == before.id and "@" not in name:
                 continue
@@ -283,7 +283,7 @@ class Attached:
     @property
     def vehicles(self) -> tuple[str, ...]:
         """The names of the vehicles under the gate."""
-        return tuple(sorted(self._fleet.vehicles))
+        return tuple(sorted(self._fleet.diaries))
 
     @property
     def waiting(self) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from math import inf, isfinite
 from typing import Any
 
 from loopgate.abstraction.track import round_routes
+from loopgate.control.diary import Diary
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.incidents import Breakdown, Closure, Incidents
@@ -17,7 +18,6 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.attaching.joining_queue import JoiningQueue
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.demand.detours import LONG_STOP_S, edges_into, find_detours_round
-from loopgate.simulation.leading import LedVehicle
 from loopgate.simulation.ways_round import WaysRound
 from loopgate.traffic.running import RunningSumo
 
@@ -39,7 +39,7 @@ class OwnersStanding:
 
     def at_long_stop(self) -> list[str]:
         """Return the vehicles that stand on the road at a stop that is long or has no known end."""
-        held = [v for v in self._queue.fleet.vehicles if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
+        held = [v for v in self._queue.fleet.diaries if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
         stops = {vehicle: self._traffic.stays_s(vehicle) for vehicle in held}
         self._at_stops = {
             vehicle: None
@@ -54,7 +54,7 @@ class OwnersStanding:
 
     def keeps_loop(self, vehicle: str) -> bool:
         """Return whether the owner has set a stop for a vehicle, so that it must stay on its loop."""
-        return isfinite(self._queue.fleet.vehicles[vehicle].stop_m)
+        return isfinite(self._queue.fleet.diaries[vehicle].vehicle.stop_m)
 
 
 class OwnersContainment:
@@ -114,14 +114,14 @@ class OwnersContainment:
         closures, breakdowns = list(known.closures), list(known.breakdowns)
         for name in dict.fromkeys(names):
             edge = name.rpartition("_")[0]
-            if name in self._queue.fleet.vehicles or name in self._queue.newcomers:
+            if name in self._queue.fleet.diaries or name in self._queue.newcomers:
                 breakdowns.append(Breakdown(name, now, inf))
             elif name in self._network.edges:
                 closures.append(Closure(name, "", now, inf))
             elif name in self._network.lanes and edge in self._network.edges:
                 closures.append(Closure(edge, name, now, inf))
             else:
-                every = (*self._queue.fleet.vehicles, *self._network.edges)
+                every = (*self._queue.fleet.diaries, *self._network.edges)
                 msg = f"{name}: no vehicle under the gate, edge or lane has that name{meant(name, every)}"
                 raise ScenarioError(msg)
         self._standing.incidents = Incidents(
@@ -163,15 +163,19 @@ class OwnersContainment:
         self._contained.look()
 
     def _drop_gone(self) -> None:
-        there, known = (self._queue.fleet.vehicles, self._queue.newcomers), self._standing.incidents
+        there, known = (self._queue.fleet.diaries, self._queue.newcomers), self._standing.incidents
         left = tuple(one for one in known.breakdowns if any(one.vehicle in some for some in there))
         if len(left) < len(known.breakdowns):
             self._standing.incidents = replace(known, breakdowns=left)
 
     def _find_ways(self) -> None:
         """Find detours round the vehicles that have come to stand since the last call, and lay them."""
-        members = self._queue.fleet.vehicles
-        settle = all(members[vehicle].settled for vehicle in self._standing.vehicles() if vehicle in members)
+        members = self._queue.fleet.diaries
+        settle = all(
+            members[vehicle].vehicle.is_settled()
+            for vehicle in self._standing.vehicles()
+            if vehicle in members
+        )
         if settle:
             self._avoided -= self._unlaid
             self._unlaid.clear()
@@ -213,16 +217,16 @@ class OwnersContainment:
         closed = {closure.edge for closure in self._standing.incidents.closures}
         each: list[AbstractSet[str]] = [frozenset((edge,)) for edge in sorted(closed)]
         for vehicle in self._standing.vehicles():
-            driver = self._queue.fleet.vehicles.get(vehicle)
-            if driver is not None:
-                each += self._around(driver)
+            diary = self._queue.fleet.diaries.get(vehicle)
+            if diary is not None:
+                each += self._around(diary)
         yield from each
         if len(each) > 1:
             yield frozenset(closed.union(*each))
 
-    def _around(self, driver: LedVehicle) -> Sequence[AbstractSet[str]]:
+    def _around(self, diary: Diary) -> Sequence[AbstractSet[str]]:
         """Return the edges of the places that a vehicle holds, and the edges into its junction."""
-        held = [driver.leg(leg).line.edge for leg in driver.held]
+        held = [diary.drawn(leg).line.edge for leg in diary.vehicle.holds()]
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]
         crossed = {edge: self._into[self._network.edges[edge].from_junction] for edge in held[1:]}
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]

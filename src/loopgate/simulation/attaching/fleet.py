@@ -14,6 +14,7 @@ from loopgate.control.layout import Layout
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
+from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Rule
 from loopgate.errors import GateError
 from loopgate.gates import Gate, Reason
@@ -25,7 +26,7 @@ from loopgate.simulation.asked_gate import Deciding
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.joined_gate import start_with
-from loopgate.simulation.leading import Leading, LedVehicle
+from loopgate.simulation.leading import Leading
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
@@ -88,9 +89,13 @@ class Fleet:
         return vehicle in self._ledger.vehicles
 
     @property
-    def vehicles(self) -> Mapping[str, LedVehicle]:
-        """The vehicles, by name."""
-        return self.leads.driver_of
+    def diaries(self) -> Mapping[str, Diary]:
+        """The diaries of the vehicles, by name."""
+        return self.leads.diaries
+
+    def offset_m(self, vehicle: Vehicle) -> float:
+        """Return the arc length of a vehicle's front minus its odometer [m]."""
+        return self._driving.fronts.offset_m(vehicle.row)
 
     @property
     def settled(self) -> bool:
@@ -130,7 +135,6 @@ class Fleet:
         except GateError:
             return False
         self.changes += 1
-        self.leads.know(tracks)
         self._driving.welcome(tracks, beyond)
         for track in tracks:
             self._ledger.vehicles[track.vehicle].held = True

@@ -48,7 +48,7 @@ class JoiningQueue:
         self._next: Plan | None = None
         self.fleet = fleet
         """The vehicles under the gate."""
-        self._moves = Moves(network, traffic)
+        self._moves = Moves(network, traffic, fleet.offset_m)
         self.newcomers: dict[str, Newcomer] = {}
         self._spare: tuple[Plan | None, float] = None, math.inf
         """The plan without the detours laid last, and when it is used if some vehicle does not settle [s]."""
@@ -109,7 +109,7 @@ class JoiningQueue:
     def after_step(self) -> None:
         """Drive the vehicles under the gate after a step, and let newcomers join."""
         self._notice()
-        if self.fleet.vehicles:
+        if self.fleet.diaries:
             self._traffic.stay_braked()
             self._heed_dynamics()
             self._heed_stops()
@@ -126,17 +126,17 @@ class JoiningQueue:
         TrafficError
             If a vehicle is longer than it was: places have no space for it.
         """
-        for driver in self.fleet.vehicles.values():
-            can = self._traffic.dynamics(driver.id)
-            if can.length_m > driver.length_m + _LONGER_M:
+        for name, diary in self.fleet.diaries.items():
+            can, make = self._traffic.dynamics(name), diary.vehicle.make
+            if can.length_m > make.length_m + _LONGER_M:
                 msg = (
-                    f"vehicle {driver.id}: its length was {driver.length_m:g} m when it came under the gate "
+                    f"vehicle {name}: its length was {make.length_m:g} m when it came under the gate "
                     f"and is {can.length_m:g} m; let it leave the gate, and add it again"
                 )
                 raise TrafficError(msg)
-            if can.decel_mps2 > driver.decel_mps2:
-                self._traffic.show_brakes(driver.id)
-            driver.drives_like(can, self._traffic.step_s)
+            if can.decel_mps2 > make.decel:
+                self._traffic.show_brakes(name)
+            self.fleet.leads.drives_like(name, can)
 
     def _heed_stops(self) -> None:
         """Read the stops that the owner has set.
@@ -144,33 +144,33 @@ class JoiningQueue:
         If SUMO lists such a stop after the stop that holds the vehicle, it lies beyond the vehicle's stop
         line.
         """
-        for driver in self.fleet.vehicles.values():
-            before_m, stop, at_m = driver.stop_m, self._traffic.next_stop(driver.id), math.inf
+        for diary in self.fleet.diaries.values():
+            before_m, stop, at_m = diary.vehicle.stop_m, self._traffic.next_stop(diary.vehicle.name), math.inf
             if stop is not None:
                 edge, position_m, beyond = stop
-                at_m = driver.track.ahead(
-                    edge, position_m, driver.line_m if beyond else driver.front_m - MOVED_M
+                at_m = diary.track.ahead(
+                    edge, position_m, diary.vehicle.line_m if beyond else diary.vehicle.front_m - MOVED_M
                 )
-            self.fleet.stops_at(driver.id, at_m, anew=at_m > before_m + MOVED_M)
+            self.fleet.stops_at(diary.vehicle.name, at_m, anew=at_m > before_m + MOVED_M)
 
     def _notice(self) -> None:
         """Drop vehicles that are gone, and let vehicles that the owner has moved join anew."""
-        if not self.fleet.vehicles and not self.newcomers:
+        if not self.fleet.diaries and not self.newcomers:
             return
         present = set(self._traffic.vehicles())
         known = [
-            *self.fleet.vehicles,
+            *self.fleet.diaries,
             *(newcomer.vehicle for newcomer in self.newcomers.values() if newcomer.seen),
         ]
         self.drop([vehicle for vehicle in known if vehicle not in present], GONE)
-        self._rejoin(self._moves.find(self.fleet.vehicles.values()), "moved")
+        self._rejoin(self._moves.find(self.fleet.diaries.values()), "moved")
         for newcomer in self.newcomers.values():
             newcomer.seen |= newcomer.vehicle in present
 
     def _rejoin(self, vehicles: Sequence[str], reason: str) -> None:
         kinds = {loop.id: (loop, kind) for loop, kind in self.plan.users}
         now = self._traffic.now_s
-        again = [Newcomer(v, *kinds[self.fleet.vehicles[v].track.loop], now, seen=True) for v in vehicles]
+        again = [Newcomer(v, *kinds[self.fleet.diaries[v].track.loop], now, seen=True) for v in vehicles]
         self.drop(vehicles, reason)
         self.newcomers = {newcomer.vehicle: newcomer for newcomer in again} | self.newcomers  # they go first
 
@@ -190,7 +190,7 @@ class JoiningQueue:
 
     def _replan(self, plan: Plan) -> bool:
         """Change to another plan if that can be done now; otherwise withhold grants until it can."""
-        goes_on = not self.fleet.vehicles or plan.goes_on_with(self.plan)
+        goes_on = not self.fleet.diaries or plan.goes_on_with(self.plan)
         if not goes_on and not self.fleet.settled:
             other, until_s = self._spare
             if self._traffic.now_s >= until_s:  # a vehicle stands that does not settle
@@ -203,7 +203,7 @@ class JoiningQueue:
         for newcomer in self.newcomers.values():
             newcomer.let_go(self._traffic)
         if not goes_on:
-            self._rejoin(list(self.fleet.vehicles), "another plan")
+            self._rejoin(list(self.fleet.diaries), "another plan")
         self._next, self._spare, self.plan = None, (None, math.inf), plan
         self.fleet.drive_by(plan)
         return True

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from math import inf
 
+from loopgate.control.diary import Diary
+from loopgate.control.places import Vehicle
 from loopgate.network import RoadNetwork
-from loopgate.simulation.leading import LedVehicle
 from loopgate.traffic.base import Traffic
 
 MOVED_M = 3.0
@@ -23,10 +25,12 @@ class Moves:
     ----------
     network, traffic
         The roads, and the running simulation.
+    offset_m
+        Returns the arc length of a vehicle's front minus its odometer [m].
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic) -> None:
-        self._network, self._traffic = network, traffic
+    def __init__(self, network: RoadNetwork, traffic: Traffic, offset_m: Callable[[Vehicle], float]) -> None:
+        self._network, self._traffic, self._offset_m = network, traffic, offset_m
         self._seen_s = traffic.now_s
         self._inside: defaultdict[str, list[tuple[str, str, float, float]]] = defaultdict(list)
         """For each lane inside a junction: the edges before and after it, the share of the way across that
@@ -39,32 +43,32 @@ class Moves:
                 self._inside[lane].append((*way, before_m * share, share))
                 before_m += network.lanes[lane].length_m
 
-    def find(self, drivers: Iterable[LedVehicle]) -> list[str]:
+    def find(self, diaries: Iterable[Diary]) -> list[str]:
         """Return the vehicles that were moved since the last call."""
         now = self._traffic.now_s
         elapsed_s, self._seen_s = now - self._seen_s, now
-        return [driver.id for driver in drivers if self._is_moved(driver, elapsed_s)]
+        return [diary.vehicle.name for diary in diaries if self._is_moved(diary, elapsed_s)]
 
-    def _is_moved(self, driver: LedVehicle, elapsed_s: float) -> bool:
-        lane, at_m = self._traffic.lane(driver.id)
-        front_m = self._traffic.odometer(driver.id) + driver.offset_m
-        driven_m = front_m - driver.front_m
-        if driven_m > _ROUNDING_M and driver.halted:
+    def _is_moved(self, diary: Diary, elapsed_s: float) -> bool:
+        lane, at_m = self._traffic.lane(diary.vehicle.name)
+        front_m = self._traffic.odometer(diary.vehicle.name) + self._offset_m(diary.vehicle)
+        driven_m = front_m - diary.vehicle.front_m
+        if driven_m > _ROUNDING_M and diary.halted_s < inf:
             return True  # it was held at its stop line, and cannot have driven
-        if driven_m > _reach_m(driver, driver.accel_mps2, elapsed_s):
-            can = self._traffic.dynamics(driver.id)  # the owner may have set it in this step
-            if driven_m > _reach_m(driver, can.accel_mps2, elapsed_s):
+        if driven_m > _reach_m(diary, diary.vehicle.make.accel, elapsed_s):
+            can = self._traffic.dynamics(diary.vehicle.name)  # the owner may have set it in this step
+            if driven_m > _reach_m(diary, can.accel_mps2, elapsed_s):
                 return True  # the odometer counts what SUMO's `moveToXY` does
         if lane.startswith(":"):
-            return not self._has_come_into(driver, lane, at_m, front_m)
+            return not self._has_come_into(diary, lane, at_m, front_m)
         edge = lane.rpartition("_")[0]
-        if all(name != edge for _, name in driver.track.edges):
+        if all(name != edge for _, name in diary.track.edges):
             return True
-        return abs(driver.track.near(edge, at_m, front_m) - front_m) > MOVED_M
+        return abs(diary.track.near(edge, at_m, front_m) - front_m) > MOVED_M
 
-    def _has_come_into(self, driver: LedVehicle, lane: str, at_m: float, front_m: float) -> bool:
+    def _has_come_into(self, diary: Diary, lane: str, at_m: float, front_m: float) -> bool:
         """Return whether a vehicle that is inside a junction is as far across it as it has driven."""
-        edges, lap_m = driver.track.edges, driver.track.lap_m
+        edges, lap_m = diary.track.edges, diary.track.lap_m
         ways = self._inside.get(lane, ())
         for number, (begin_m, name) in enumerate(edges):
             until_m, onto = edges[(number + 1) % len(edges)]
@@ -79,6 +83,6 @@ class Moves:
         return False
 
 
-def _reach_m(driver: LedVehicle, accel_mps2: float, elapsed_s: float) -> float:
+def _reach_m(diary: Diary, accel_mps2: float, elapsed_s: float) -> float:
     """Return the longest distance that a vehicle can have driven, from its speed before [m]."""
-    return (driver.speed_mps + accel_mps2 * elapsed_s) * elapsed_s + _ROUNDING_M
+    return (diary.vehicle.speed + accel_mps2 * elapsed_s) * elapsed_s + _ROUNDING_M

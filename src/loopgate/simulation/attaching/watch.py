@@ -65,7 +65,7 @@ class Watch:
 
     def note_collisions(self) -> None:
         """Record the collisions of vehicles under the gate that begin in this step."""
-        own, now = self._fleet.vehicles.keys(), self._traffic.now_s
+        own, now = self._fleet.diaries.keys(), self._traffic.now_s
         theirs = (one for one in self._traffic.collisions() if not own.isdisjoint((one.collider, one.victim)))
         for collision in self._colliding.begun(theirs):
             if own >= {collision.collider, collision.victim}:
@@ -77,7 +77,7 @@ class Watch:
     def look_for_standstill(self) -> None:
         """Look for vehicles that starve, and for circular waits."""
         now = self._traffic.now_s
-        if now < self._next_look_s or not self._fleet.vehicles:
+        if now < self._next_look_s or not self._fleet.diaries:
             return
         self._next_look_s = now + _LOOK_EVERY_S
         self._hunger.check(deadlocked=bool(self._deadlocks))
@@ -107,7 +107,7 @@ class Watch:
             self._add_up(figures, diary)
         times = Histogram(drive.decision_us.values())
         return {
-            "vehicles": len(self._fleet.vehicles),
+            "vehicles": len(self._fleet.diaries),
             "left": self._left,
             "changes": self._fleet.changes,
             "laps": int(figures["laps"]),
