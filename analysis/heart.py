@@ -212,13 +212,13 @@ def drive(
             spent_s = perf_counter() - began
         finally:
             traffic.close()
-    waits = [one.worst_wait_s(ledger.now_s) for one in driving.accounts.of.values()]
+    waits = [one.worst_wait_s(ledger.now_s) for one in driving.diary_of.values()]
     events = pd.DataFrame([(*row, "") for row in driving.rows], columns=list(EVENT_COLUMNS))
     laps = {diary.vehicle.name: diary.all_laps for diary in driving.diaries}
     return Driven(
         events=events,
         findings=[] if turnover_s or assembly.departures else audit_events(events, system, laps=laps),
-        km=driving.accounts.take_flow()[2] / 1000.0,
+        km=driving.totals.take_flow(driving.diaries)[2] / 1000.0,
         longest_s=max([*waits, *(one.worst_wait_s(ledger.now_s) for one, _ in left)]),
         collisions=len(collisions),
         trespasses=ledger.trespasses,

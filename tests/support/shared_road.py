@@ -72,4 +72,4 @@ class SharedRoad:
 
     def laps(self) -> list[int]:
         """Return how many laps each vehicle has driven."""
-        return [diary.laps for diary in self.driving.accounts.of.values()]
+        return [diary.laps for diary in self.driving.diary_of.values()]

@@ -8,7 +8,6 @@ from time import perf_counter
 from types import MappingProxyType
 
 from loopgate.abstraction.track import Track
-from loopgate.control.accounts import Accounts
 from loopgate.control.arrivals import Arrivals
 from loopgate.control.brakes import Brakes
 from loopgate.control.courtesy import Courtesy
@@ -27,6 +26,7 @@ from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
 from loopgate.control.stops import Stops
+from loopgate.control.totals import Totals
 from loopgate.control.used_stops import UsedStops
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
@@ -86,9 +86,11 @@ class Driving:
         self._round: dict[str, list[Leg]] = {}
         """The paths of the vehicles that drive loops, by name."""
         self.diaries: list[Diary] = []
+        self.diary_of: dict[str, Diary] = {}
+        """The diaries by name of the vehicle."""
         self.fronts = Fronts(traffic)
         """The positions of the vehicles, in the order of `diaries`."""
-        self.accounts = Accounts(traffic)
+        self.totals = Totals(traffic)
         self.steering = Steering(traffic, self.rows)
         self.brakes = Brakes(traffic, self.rows)
         self.used_stops = UsedStops(traffic)
@@ -144,7 +146,7 @@ class Driving:
             vehicle.row = len(self.diaries)
             diary = Diary(vehicle, track, self.paths.of(track))
             self.diaries.append(diary)
-            self.accounts.open(diary)
+            self.diary_of[track.vehicle] = diary
             if self._gated:
                 traffic.put_under_gate(track.vehicle, keeps_lane=track.keeps_lane)
                 self.rows.append((traffic.now_s, track.vehicle, Event.START, vehicle.leg.place.name, ""))
@@ -196,7 +198,8 @@ class Driving:
             self._traffic.leave_gate(name)
         diary = self.diaries[row]
         self.on_leaving(diary, why)
-        self.accounts.close(diary)
+        self.totals.leaves(diary)
+        del self.diary_of[name]
         self.ledger.leave(vehicle)
         self.changes += 1
         if self._round.pop(name, None) is not None:
@@ -271,10 +274,10 @@ class Driving:
         for vehicle in seen.renewed:
             self._hold_anew(vehicle)
         self.brakes.look()
-        self.accounts.look(seen, there, driven_m)
+        self.totals.look(seen, there, driven_m)
         for name in self._traffic.halted():
-            if name in self.accounts.of:
-                self._halts(self.accounts.of[name], now_s)
+            if name in self.diary_of:
+                self._halts(self.diary_of[name], now_s)
         for vehicle in self.steering.step():
             if vehicle.held:
                 self._hold(vehicle)

@@ -119,7 +119,7 @@ class Drive:
     @property
     def leaps(self) -> list[tuple[str, float, float]]:
         """Vehicle, time [s] and length [m] of each leap of an odometer."""
-        return self.driving.accounts.leaps
+        return self.driving.totals.leaps
 
     def begin(self) -> None:
         """Make the first step, in which all vehicles appear, and put them under the ledger.
@@ -153,7 +153,7 @@ class Drive:
 
     def count_from(self, at_s: float) -> None:
         """Count standing times only from this time [s]."""
-        self.driving.accounts.counts_from_s = at_s
+        self.driving.totals.counts_from_s = at_s
 
     def settle(self) -> None:
         """Hand all events so far to the recorder."""
@@ -197,17 +197,17 @@ class Drive:
 
         The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
         """
-        return self.driving.accounts.take_flow()
+        return self.driving.totals.take_flow(self.driving.diaries)
 
     @property
     def records(self) -> Mapping[str, Diary]:
         """The counters of the vehicles on the road, by name."""
-        return self.driving.accounts.of
+        return self.driving.diary_of
 
     @property
     def stood_s(self) -> Mapping[str, float]:
         """How long vehicles have stood on each edge [s]."""
-        return self.driving.accounts.stood_s
+        return self.driving.totals.stood_s
 
     @property
     def overruns(self) -> int:

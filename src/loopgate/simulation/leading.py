@@ -52,7 +52,7 @@ class Leading:
     @property
     def diaries(self) -> Mapping[str, Diary]:
         """The diaries of the vehicles on the road, by name of the vehicle."""
-        return self._driving.accounts.of
+        return self._driving.diary_of
 
     @property
     def beside(self) -> Container[str]:
@@ -120,7 +120,7 @@ class Leading:
         wait_for_nothing(self._ledger, waits)
         if waits.held:
             waits.held = waits.halted = False
-            self._driving.accounts.of[vehicle].goes_on(self._traffic.now_s)
+            self._driving.diary_of[vehicle].goes_on(self._traffic.now_s)
             self._traffic.release(vehicle)
 
     def wait_again(self, vehicle: str) -> None:

@@ -53,7 +53,7 @@ def test_a_refused_vehicle_rests_before_its_line_and_counts_its_hold() -> None:
     assert 198.0 <= road.traffic.fleet[vehicle].front_m <= 199.0
     released_s, name, *_ = road.drive_to("go")
     assert name == vehicle
-    account = road.driving.accounts.of[vehicle]
+    account = road.driving.diary_of[vehicle]
     assert account.total_hold_s(road.traffic.now_s) == pytest.approx(released_s - at_s)
 
 
@@ -163,7 +163,7 @@ def test_a_vehicle_that_stops_before_its_line_is_granted_nothing_beyond() -> Non
     road.drive(60.0)
     assert road.rows("grant") == []
     assert road.ledger.refusals == {"stop": 1}
-    account = road.driving.accounts.of["v0"]
+    account = road.driving.diary_of["v0"]
     assert account.worst_wait_s(road.traffic.now_s) == 0.0
     vehicle.stop_m = 198.0 + LAP_M
     road.ledger.withdraw(vehicle)

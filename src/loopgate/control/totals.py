@@ -1,4 +1,4 @@
-"""Sums over the diaries of all vehicles: standing times, leaps of odometers, and the flow."""
+"""Sums over all vehicles: standing times, leaps of odometers, and the flow."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from loopgate.control.motion import STANDING_MPS
 from loopgate.traffic.base import Traffic
 
 
-class Accounts:
-    """The diaries of all vehicles on the road, and sums over them.
+class Totals:
+    """Sums over the vehicles on the road and the vehicles that have left.
 
-    `of`: the diaries, by name of the vehicle. `stood_s`: how long vehicles have stood on each edge since
-    `counts_from_s` [s]. `leaps`: vehicle, time [s] and length [m] of each leap of an odometer.
+    `stood_s`: how long vehicles have stood on each edge since `counts_from_s` [s]. `leaps`: vehicle, time [s]
+    and length [m] of each leap of an odometer.
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
-        self.of: dict[str, Diary] = {}
         self.stood_s: dict[str, float] = {}
         self.counts_from_s = 0.0
         self.leaps: list[tuple[str, float, float]] = []
@@ -27,13 +26,8 @@ class Accounts:
         self._laps = self._told_laps = 0
         """Laps of vehicles that have left, and laps that `take_flow` has returned so far."""
 
-    def open(self, diary: Diary) -> None:
-        """Begin to count a vehicle that has come."""
-        self.of[diary.vehicle.name] = diary
-
-    def close(self, diary: Diary) -> None:
-        """Count a vehicle that has left no more."""
-        del self.of[diary.vehicle.name]
+    def leaves(self, diary: Diary) -> None:
+        """Keep the laps of a vehicle that leaves."""
         self._laps += diary.all_laps
 
     def look(self, seen: Seen, there: int, driven_m: float) -> None:
@@ -59,19 +53,19 @@ class Accounts:
         name = diary.vehicle.name
         true_mps = self._traffic.speed(name)
         leap_m = moved_m - true_mps * self._traffic.step_s
-        self.of[name].leapt_m += leap_m
+        diary.leapt_m += leap_m
         self._driven_m -= leap_m
         self.leaps.append((name, now_s, leap_m))
         if true_mps < STANDING_MPS:
             self._stand([diary], self._traffic.step_s, now_s)
 
-    def take_flow(self) -> tuple[int, float, float, int]:
+    def take_flow(self, diaries: Sequence[Diary]) -> tuple[int, float, float, int]:
         """Return the number of vehicles and the flow since the last call.
 
         The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
         """
-        laps = self._laps + sum(diary.all_laps for diary in self.of.values())
-        told = len(self.of), self._standing / self._steps, self._driven_m, laps - self._told_laps
+        laps = self._laps + sum(diary.all_laps for diary in diaries)
+        told = len(diaries), self._standing / self._steps, self._driven_m, laps - self._told_laps
         self._steps = self._standing = 0
         self._driven_m = 0.0
         self._told_laps = laps
