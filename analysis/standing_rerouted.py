@@ -79,14 +79,14 @@ def drive(scenario: Scenario, folder: Path, without: str, stands_s: tuple[float,
     libsumo.start(["sumo", *network, *given, *plain_options(scenario, folder / "sumo.log"), *device])
     get, hit, collisions = libsumo.vehicle, set[frozenset[str]](), 0
     try:
-        ways = {name: way_of(s.loop.edges, s.way[-1]) for s in starts.values() for name in [s.loop.id]}
+        ways = {name: way_of(s.loop.edges, s.edges[-1]) for s in starts.values() for name in [s.loop.id]}
         driven_m = dict.fromkeys(starts, 0.0)
         for now in range(int(scenario.duration_s)):
             libsumo.simulationStep()
             if now == 0:
                 for vehicle, start in starts.items():
-                    get.setRoute(vehicle, start.way)  # the device has led it to its end as it departed
-                    get.setVia(vehicle, ways[start.loop.id].first(start.way))
+                    get.setRoute(vehicle, start.edges)  # the device has led it to its end as it departed
+                    get.setVia(vehicle, ways[start.loop.id].first(start.edges))
             if now in stands_s and stands_s[0] < stands_s[1]:
                 get.setSpeed(without, 0.0 if now == stands_s[0] else -1.0)
             if now % LOOKED_AT_S == 0:

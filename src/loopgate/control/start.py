@@ -97,6 +97,6 @@ class VehicleStart:
         )
 
     @property
-    def way(self) -> tuple[str, ...]:
+    def edges(self) -> tuple[str, ...]:
         """The edges of the vehicle's first route in SUMO: more than one round of a loop, or an open route."""
         return rounds_from(self.loop, self.edge) if self.loop.closed else self.loop.edges[self.edge :]

@@ -70,7 +70,7 @@ def write_sumo_input(
         interval = ET.SubElement(rerouter, "interval", begin="0", end="1000000000")
         ET.SubElement(interval, "routeProbReroute", id=again.route)
     for start in {start.route: start for start in later}.values():
-        ET.SubElement(top, "route", id=start.route, edges=" ".join(start.way))
+        ET.SubElement(top, "route", id=start.route, edges=" ".join(start.edges))
     for start in starts:
         _add_vehicle(top, start, begin_s)
     file = folder / "vehicles.add.xml"
@@ -107,7 +107,7 @@ def _add_vehicle(top: ET.Element, start: VehicleStart, begin_s: float) -> None:
         **checks,
         attrib=dict(start.demand.attributes),
     )
-    ET.SubElement(vehicle, "route", edges=" ".join(start.way))
+    ET.SubElement(vehicle, "route", edges=" ".join(start.edges))
     for name, value in start.demand.parameters.items():
         ET.SubElement(vehicle, "param", key=name, value=value)
 
