@@ -39,19 +39,16 @@ class Map:
 
 
 class Sight:
-    """All ordinary vehicles on the road, as they were after the last step.
-
-    `reads_all`: whether it reads gated vehicles too, since an observer asks for all positions.
-    """
+    """All ordinary vehicles on the road, as they were after the last step."""
 
     def __init__(self, roads: Map, traffic: Traffic) -> None:
         self.roads: Final = roads
         self._traffic: Final = traffic
         self.others: dict[str, Other] = {}
         """The ordinary vehicles on the road, by name."""
-        self.reads_all = False
         self.met = 0
         """Number of ordinary vehicles seen so far."""
+        self._reads_all = False
         self._everybody: Sequence[str] = ()
         self._gated = -1
         self._in_order: list[Other] = []
@@ -61,13 +58,17 @@ class Sight:
         self._used: list[Lane] = []
         """Lanes with rears on them."""
 
+    def read_everybody(self) -> None:
+        """Read gated vehicles too from now on, in one call, since an observer asks for all positions."""
+        self._reads_all, self._gated = True, -1
+
     def look(self, gated: Container[str], changes: int) -> None:
         """Read where the ordinary vehicles are now.
 
         `gated`: the names of the gated vehicles. `changes`: how often these have changed so far.
         """
         traffic = self._traffic
-        here = traffic.whereabouts() if self.reads_all else None
+        here = traffic.whereabouts() if self._reads_all else None
         everybody = traffic.vehicles() if here is None else here.vehicles
         if changes != self._gated or everybody != self._everybody:
             rows = [row for row, name in enumerate(everybody) if name not in gated]

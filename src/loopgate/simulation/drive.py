@@ -186,7 +186,7 @@ class Drive:
     def read_everybody(self) -> None:
         """Read the positions of all vehicles at once, since an observer asks for them in each step."""
         if self.driving.sight is not None:
-            self.driving.sight.reads_all = True
+            self.driving.sight.read_everybody()
 
     def odometers(self) -> tuple[Sequence[str], Floats]:
         """Return the names of the vehicles, and their odometers after the last step [m]."""

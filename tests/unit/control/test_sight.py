@@ -57,6 +57,27 @@ def test_a_long_vehicle_is_on_the_lanes_behind_its_front() -> None:
     assert upon(sight, way[-1]) == set()
 
 
+def test_it_finds_each_vehicle_again_when_it_reads_gated_vehicles_too() -> None:
+    """The gated vehicle is read first, and nothing else has changed."""
+    network = RoadNetwork.open("networks/grid5-priority.net.xml")
+    lanes = {"gated": "A0A1_0", "bus": "B0B1_0"}
+    traffic = Mock(
+        now_s=0.0,
+        step_s=1.0,
+        vehicles=lambda: tuple(lanes),
+        whereabouts=lambda: whereabouts(**{name: (lane, 50.0, 9.0) for name, lane in lanes.items()}),
+        whereabouts_of=lambda names: whereabouts(**{name: (lanes[name], 50.0, 9.0) for name in names}),
+        dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
+        route=lambda _: (("B0B1",), 0),
+        route_id=lambda _: "route",
+    )
+    sight = Sight(map_of(network), traffic)
+    sight.look(("gated",), 0)
+    sight.read_everybody()
+    sight.look(("gated",), 0)
+    assert [upon(sight, lane) for lane in lanes.values()] == [set(), {"bus"}]
+
+
 @pytest.mark.parametrize("rear_m", [10.0, 11.0])
 def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
     """On a turn of 14 m, of which a left turner from the other side touches the first 10.6 m."""
