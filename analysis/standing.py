@@ -4,9 +4,8 @@
 
 drives loops on four networks with 0.3, 0.6 and 0.9 of the vehicles that can start. One vehicle breaks down
 after ten minutes, for ten, thirty or sixty minutes. The yardstick is the vehicle-km of all others in the
-measured time, as a share of theirs in the same run in which nothing happens. ``leave`` takes vehicles without
-a way off the road besides. ``wait`` is the gate without containment,
-``open`` are SUMO's own rules, ``rerouted`` those with its rerouting device, each against the same rule in
+measured time, as a share of theirs in the same run in which nothing happens. ``wait`` is the gate without
+containment, ``open`` are SUMO's own rules, ``rerouted`` those with its rerouting device, each against the same rule in
 which nothing happens.
 """
 
@@ -39,7 +38,6 @@ BREAKS_S = 600.0
 LOOPS = 30
 RULES = {
     "contained": {"standing": "contain"},
-    "leave": {"standing": "leave"},
     "wait": {"standing": "wait"},
     "open": {"gate": "open", "on_deadlock": "continue"},
     "rerouted": {"gate": "open"},

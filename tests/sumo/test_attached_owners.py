@@ -308,42 +308,6 @@ def test_a_vehicle_is_added_while_ways_are_laid_in_vain(
     assert figures(gate) == [0] * len(CLEAN)
 
 
-@pytest.mark.parametrize("leaves", [False, True])
-def test_who_stands_behind_what_is_blocked_leaves_the_road(*, leaves: bool) -> None:
-    """It parks, is back under the gate when the vehicle ahead goes on, and is held by nobody afterwards."""
-    network, routes = ROOT / "networks" / "grid5-priority.net.xml", ROOT / "routes" / "grid5.rou.xml"
-    words = "--no-step-log", "--no-warnings", "--collision.check-junctions"
-    libsumo.start(["sumo", "-n", str(network), "-r", str(routes), *words])
-    try:
-        for number in range(60):
-            get.add(f"v{number}", f"loop{number % 12}")
-        with loopgate.attach(libsumo, standing="leave") as gate:
-            gate.add(*get.getIDList(), *(f"v{n}" for n in range(60) if f"v{n}" not in get.getIDList()))
-            behind = ahead = ""
-            while not behind:
-                steps(gate, 1)
-                for lane in (lane for lane in libsumo.lane.getIDList() if not lane.startswith(":")):
-                    some = [v for v in libsumo.lane.getLastStepVehicleIDs(lane) if v in gate.vehicles]
-                    if len(some) > 1 and 40.0 < get.getLanePosition(some[-1]) < 60.0:
-                        behind, ahead = some[-2:]
-            get.setSpeed(ahead, 0.0)
-            gate.block(ahead)
-            steps(gate, 90)
-            assert get.isStoppedParking(behind)
-            assert behind in {one["vehicle"] for one in gate.summary["standing"]["left_road"]}
-            if leaves:
-                gate.leave(behind)
-            else:
-                get.setSpeed(ahead, -1.0)
-                gate.free(ahead)
-            steps(gate, 90)
-            assert not get.isStoppedParking(behind)
-            assert (behind in gate.vehicles) is not leaves
-            assert figures(gate) == [0] * len(CLEAN)
-    finally:
-        libsumo.close()
-
-
 def test_what_is_blocked_has_to_be_known(gate: loopgate.Attached) -> None:
     with pytest.raises(ScenarioError, match=r"C2C11: no vehicle under the gate.*did you mean 'C2C1'"):
         gate.block("v1", "C2C11")

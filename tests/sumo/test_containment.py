@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -16,7 +15,6 @@ from loopgate.results.columns import Event
 from loopgate.results.recorder import read_events
 from loopgate.results.summary_rows import summary_rows
 from loopgate.simulation.run import simulate
-from loopgate.simulation.run_warnings import warnings_of
 
 pytestmark = pytest.mark.sumo
 
@@ -62,42 +60,6 @@ def test_everybody_else_goes_on_when_a_vehicle_breaks_down(tmp_path: Path, free:
     waiting = ran(tmp_path, BROKEN, standing="wait", starving_s=300.0)
     assert waiting["distance_km"] < 0.8 * free["distance_km"]
     assert (waiting["outcome"], exit_code(waiting)) == ("starving", 5)
-
-
-def test_who_has_no_way_leaves_the_road_and_comes_back(tmp_path: Path) -> None:
-    """Those behind the vehicle that stands: they park, do not starve, and go on after it."""
-    summary = ran(tmp_path, f"{BROKEN}to = 500\n", positions=True, standing="leave")
-    assert (summary["clean"], summary["outcome"], summary["starving"]) == (True, "done", [])
-    left = summary["standing"]["left_road"]
-    assert left
-    assert all(500.0 <= one["to_s"] < 600.0 for one in left)
-    assert any("left the road, without a way round" in line for line in summary["warnings"])
-    assert not any("not back at the end" in line for line in summary["warnings"])
-    summary["standing"]["left_road"][0]["to_s"] = None
-    assert any(f"not back at the end: {left[0]['vehicle']}" in line for line in warnings_of(summary))
-    events = read_events(tmp_path / "run" / "events.parquet", (Event.PARK, Event.RETURN, Event.LAP))
-    for one in left:
-        mine = events[events["vehicle"] == one["vehicle"]]
-        parked, back = (mine[mine["event"] == what]["time_s"].tolist() for what in ("park", "return"))
-        assert len(parked) == len(back) == 1
-        assert mine[mine["event"] == "park"]["reason"].tolist() == ["no way round"]
-        assert ((mine["event"] == "lap") & (mine["time_s"] > back[0])).any()
-
-
-@pytest.mark.parametrize(
-    ("vehicles", "seed", "from_s"), [(200, 1, 151), pytest.param(160, 4, 170, marks=pytest.mark.slow)]
-)
-def test_vehicles_come_back_without_collision(tmp_path: Path, vehicles: int, seed: int, from_s: int) -> None:
-    """Some stood at their line, or side by side: none passes the line ungranted, none drives into another."""
-    file = tmp_path / "incidents.toml"
-    file.write_text(f'[[breakdowns]]\nvehicle = "v1"\nfrom = {from_s}\nto = 330\n', encoding="utf-8")
-    scenario = Scenario(network=NETWORK, routes=ROUTES, vehicles=vehicles, seed=seed, duration_s=480.0)
-    crowded = replace(scenario, incidents=str(file), standing="leave", positions=True)
-    summary = simulate(crowded, tmp_path / "run")
-    assert (summary["outcome"], summary["audit"], summary["collisions"]) == ("done", "clean", 0)
-    left = summary["standing"]["left_road"]
-    assert len(left) > 4
-    assert all(one["to_s"] is not None for one in left)
 
 
 def test_nobody_drives_onto_what_is_closed(tmp_path: Path, free: dict[str, Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -41,23 +40,6 @@ def test_wakes_let_go_whom_asking_everybody_lets_go() -> None:
         for everybody in (False, True)
     ]
     assert granted[0] == granted[1]
-
-
-@pytest.mark.parametrize("step_s", [1.0, 0.5])
-def test_vehicles_that_arrive_rolling_stand_less(step_s: float) -> None:
-    """At steps of a second they drive farther, too. Nobody trespasses, and nobody waits who could go."""
-    scenario, assembly = starts(140)
-    halts, km = list[int](), list[float]()
-    for arriving in ("standing", "rolling"):
-        asked = replace(scenario, arriving=arriving, step_s=step_s, duration_s=240)
-        driven = heart.drive(asked, assembly, watched=True)
-        assert driven.findings == []
-        assert (driven.collisions, driven.trespasses, driven.free_to_go) == (0, 0, 0)
-        assert set(driven.events["event"]).isdisjoint({"overrun"})
-        halts.append(int((driven.events["event"] == "hold").sum()))
-        km.append(driven.km)
-    assert halts[1] < 0.8 * halts[0]
-    assert km[1] > (0.98 if step_s < 1.0 else 1.01) * km[0]
 
 
 def test_vehicles_leave_and_come_in_between_the_others() -> None:

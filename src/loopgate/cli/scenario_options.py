@@ -47,15 +47,8 @@ HELP = {
             "Traffic lights: off (default with a gate), keep (default for open), obey (grants into green)."
         ),
         "spacing": "Even spacing on loops: none, hold (at gates; default with --revisit), advice (speeds).",
-        "arriving": (
-            "Refused vehicles: brake late (standing, default), or slow early to be granted at speed "
-            "(rolling)."
-        ),
         "incidents": "TOML file of closures and breakdowns.",
-        "standing": (
-            "If a vehicle stands long: contain (default) leads loops round it; leave besides takes "
-            "vehicles without a way off the road for that time; wait does neither."
-        ),
+        "standing": ("If a vehicle stands long: contain (default) leads loops round it; wait does not."),
         "rho_m": "Safe radius of the segments abstraction [m].",
         "piece_m": "Longest private piece of the segments abstraction [m].",
     },

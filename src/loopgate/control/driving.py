@@ -21,7 +21,6 @@ from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.paths import Paths
 from loopgate.control.places import Leg, Make, Vehicle
-from loopgate.control.rolling import Rolling
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
@@ -54,8 +53,6 @@ class Driving:
         Returns whether ordinary vehicles leave space for a vehicle in its place.
     spacing
         Spaces vehicles on loops; its rule is one of the ledger's.
-    rolls
-        Whether refused vehicles slow down early.
     """
 
     def __init__(
@@ -67,8 +64,6 @@ class Driving:
         stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
         has_room: Callable[[Vehicle], bool] = lambda _: True,
         spacing: Spacing | None = None,
-        *,
-        rolls: bool = False,
     ) -> None:
         self._traffic, self.ledger, self.sight = traffic, ledger, sight
         self._gated = bool(ledger.rules)
@@ -96,7 +91,6 @@ class Driving:
         self.used_stops = UsedStops(traffic)
         self.lights = Lights(traffic)
         self._courtesy = Courtesy(traffic)
-        self._rolling = Rolling(traffic, self.brakes, on=rolls)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
         self.is_courteous = sight is not None
@@ -209,7 +203,6 @@ class Driving:
         self.used_stops.forget(vehicle)
         self.lights.forget(vehicle)
         self._courtesy.forget(vehicle)
-        self._rolling.forget(vehicle)
         self.stops.forget(vehicle)
         if self._spacing is not None:
             self._spacing.forget(vehicle)
@@ -263,7 +256,6 @@ class Driving:
         """Act after a step of SUMO: read the vehicles, answer requests, and hold or release vehicles."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
-        self._rolling.lift()
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
                 self.leave(name, "arrived")
@@ -317,7 +309,6 @@ class Driving:
         self.lights.look(gone, stay)
         if self.is_courteous:
             self._courtesy.look(gone)
-        self._rolling.look()
 
     def _halts(self, diary: Diary, now_s: float) -> None:
         """Record that a vehicle has come to rest at the stop line where it is held."""

@@ -1,8 +1,6 @@
-"""Changes to the paths of vehicles while they drive, and pauses in which they ask for nothing."""
+"""Changes to the paths of vehicles while they drive."""
 
 from __future__ import annotations
-
-from math import inf
 
 from loopgate.control.chain import closes_by_turning
 from loopgate.control.ledger import Ledger
@@ -33,19 +31,6 @@ def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: floa
     vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
     ledger.consider(vehicle)
     return by_m
-
-
-def wait_for_nothing(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Withdraw a vehicle's request; the vehicle makes none until `wait_again`. SUMO is not told."""
-    withdraw(ledger, vehicle)
-    vehicle.stop_m = vehicle.front_m
-    vehicle.near = False
-
-
-def wait_again(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Let a vehicle ask for grants again after `wait_for_nothing`."""
-    vehicle.stop_m = inf
-    ledger.consider(vehicle)
 
 
 def withdraw(ledger: Ledger, vehicle: Vehicle) -> None:

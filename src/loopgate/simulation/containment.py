@@ -15,7 +15,6 @@ from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.leading import Leading
-from loopgate.simulation.roadside import Roadside
 from loopgate.simulation.ways_round import TurnOff, WaysRound
 from loopgate.traffic.base import Traffic
 
@@ -92,8 +91,6 @@ class Containment:
         Whether vehicles wait behind a vehicle that stands; closed roads are shut in any case.
     gated
         Whether a gate rules. Without a gate, vehicles break down and nothing else happens.
-    leaves
-        Whether vehicles without another path leave the road.
     """
 
     def __init__(
@@ -106,7 +103,6 @@ class Containment:
         *,
         waits: bool = False,
         gated: bool = True,
-        leaves: bool = False,
     ) -> None:
         self._standing, self._traffic, self._leading = standing, traffic, leading
         self._recorder = recorder
@@ -115,8 +111,6 @@ class Containment:
         self._at_stops: frozenset[str] = frozenset()
         """The vehicles at long stops."""
         self._waits, self._gated = waits, gated
-        self.roadside = Roadside(traffic, leading, recorder) if leaves else None
-        """Parks vehicles without another path; None if they wait on the road."""
         self._ways = ways
         self._still_s: dict[str, float] = {}
         """Since when vehicles that are in more than one place stand [s]."""
@@ -156,7 +150,6 @@ class Containment:
             self._stuck, self._stand = set(), set()
             self._note(dict(self._find_blocked(now)), now)
             self._lead()
-            self._clear()
         self._withhold()
         for place in self.blocked:
             self._leading.shut(place)
@@ -285,26 +278,6 @@ class Containment:
                 self._turn(diary, track, position)
             elif best == 0 and self._cut_off(diary, self._lost):
                 self._no_way[own.loop] = None
-                self._leave(diary)
-
-    def _clear(self) -> None:
-        """Let vehicles behind a standing vehicle in its place leave the road; call other vehicles back."""
-        if self.roadside is None:
-            return
-        for place, one in self.blocked.items():
-            line = self._leading.line(place) if one.vehicle else []
-            names = [diary.vehicle.name for diary in line]
-            if one.vehicle in names:
-                for diary in line[names.index(one.vehicle) + 1 :]:
-                    self._leave(diary)
-        self.roadside.look(self.blocked.keys() | self._lost.keys())
-
-    def _leave(self, diary: Diary) -> None:
-        """Let a vehicle without another path leave the road, with ``standing="leave"`` and no own stops."""
-        if self.roadside is not None and not (
-            self.why(diary.vehicle.name) or self._standing.keeps_loop(diary.vehicle.name)
-        ):
-            self.roadside.take(diary)
 
     def _turn(self, diary: Diary, track: Track, position: int) -> None:
         """Lead a vehicle to another path from its place, if every vehicle can still go on."""
@@ -346,6 +319,5 @@ class Containment:
                 "led_round": len(led),
                 "turns": sum(led),
                 "no_way_round": sorted(self._no_way),
-                **({"left_road": self.roadside.report()} if self.roadside is not None else {}),
             }
         }

@@ -62,12 +62,6 @@ def check(scenario: Scenario, assembly: Assembly) -> None:
         raise ScenarioError(msg)
 
 
-def _notes(scenario: Scenario, assembly: Assembly, driving: Driving) -> tuple[str, ...]:
-    """Return warnings about an option without effect, and about vehicles that keep their slots."""
-    notes = ("arriving: among ordinary vehicles gated vehicles do not arrive rolling",)
-    return (notes if scenario.arriving == "rolling" and assembly.others else ()) + _kept(assembly, driving)
-
-
 def _kept(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
     """Return the warning about vehicles that keep their slots while they park."""
     names = [stop.name for some in assembly.stops.values() for stop in some if stop.parks]
@@ -170,7 +164,6 @@ def make_driving(
         stops=assembly.stops,
         has_room=roads.has_room if roads else lambda _: True,
         spacing=spacing,
-        rolls=scenario.arriving == "rolling" and roads is None and air is None,
     )
     if deciding is not None:
         deciding.know(driving.paths.places)
@@ -230,9 +223,9 @@ def open_gated(
         rerouting = Rerouting(assembly, traffic, leading)
     if assembly.contains:
         standing = PlannedStanding(assembly.incidents, driving.stops, assembly.stops)
-        waits, leaves = scenario.standing == "wait", scenario.standing == "leave"
+        waits = scenario.standing == "wait"
         round_ = find_ways_round(assembly)
-        containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, leaves=leaves)
+        containment = Containment(standing, round_, traffic, leading, recorder, waits=waits)
     looks += [one.look for one in (rerouting, containment) if one is not None]
     stops = StopFigures(driving)
     return Session(
@@ -246,6 +239,6 @@ def open_gated(
         rerouting,
         containment,
         tuple(looks),
-        _notes(scenario, assembly, driving),
+        _kept(assembly, driving),
         laid.by_messages.close if laid.by_messages else lambda: None,
     )

@@ -6,13 +6,11 @@ from bisect import bisect_left
 from collections.abc import Container, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from math import inf
 
 from loopgate.abstraction.track import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
-from loopgate.control.leading import wait_again, wait_for_nothing
 from loopgate.control.places import Make
 from loopgate.control.rules import chain
 from loopgate.traffic.base import Dynamics, Traffic
@@ -35,14 +33,6 @@ class Leading:
         self._laid = {id(track.legs) for track in tracks}
         driving.paths.lay(tracks)
         self._withheld: AbstractSet[str] = frozenset()
-
-    @property
-    def sets_aside(self) -> bool:
-        """Whether vehicles can step aside: only under the chain rule.
-
-        Other gates need each vehicle in a place.
-        """
-        return chain in self._ledger.rules
 
     @property
     def changes(self) -> int:
@@ -110,27 +100,3 @@ class Leading:
         if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
             one.make = Make(*now, foreseen=before.foreseen)
             self._ledger.consider(one)  # the vehicle may have to ask sooner
-
-    def wait_for_nothing(self, vehicle: str) -> None:
-        """Withdraw a vehicle's request and its stop at the line; it makes no request until `wait_again`.
-
-        The caller stops the vehicle on the road.
-        """
-        waits = self._ledger.vehicles[vehicle]
-        wait_for_nothing(self._ledger, waits)
-        if waits.held:
-            waits.held = waits.halted = False
-            self._driving.diary_of[vehicle].goes_on(self._traffic.now_s)
-            self._traffic.release(vehicle)
-
-    def wait_again(self, vehicle: str) -> None:
-        """Let a vehicle ask for grants again."""
-        wait_again(self._ledger, self._ledger.vehicles[vehicle])
-
-    def step_aside(self, vehicle: str, why: str = "") -> bool:
-        """Let a vehicle that parks give up its slot; return whether it does."""
-        return self._driving.parking.begin(self._ledger.vehicles[vehicle], why)
-
-    def call_back(self, vehicle: str) -> None:
-        """Let a vehicle that waits for nothing drive on as soon as it is back on the road."""
-        self._ledger.vehicles[vehicle].stop_m = inf

@@ -266,7 +266,6 @@ def summary(
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
         "drivers": scenario.drivers,
-        "arriving": scenario.arriving,
         "starts": scenario.rule_for_starts,
         "seed": scenario.seed,
         "vehicles": len(tallies),

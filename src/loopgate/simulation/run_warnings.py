@@ -49,18 +49,10 @@ def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     lines += [_starved(sink, summary["promise"]) for sink in sinks[:_MOST_SINKS]]
     if len(sinks) > _MOST_SINKS:
         lines.append(f"vehicles starved at {len(sinks) - _MOST_SINKS} more places: the summary lists all")
-    left = summary.get("standing", {}).get("left_road")
     if no_way := summary.get("standing", {}).get("no_way_round"):
         lines.append(
             f"vehicles on {listed(no_way)} had no way round what stood, or must stop on their loop: "
-            + ("they waited before it or left the road" if left else "they waited before it")
-        )
-    if left:
-        names = list(dict.fromkeys(one["vehicle"] for one in left))
-        beside = [one["vehicle"] for one in left if one["to_s"] is None]
-        lines.append(
-            f"{counted(len(names), 'vehicle')} left the road, without a way round what stood: {listed(names)}"
-            + (f"; not back at the end: {listed(beside)}" if beside else "")
+            "they waited before it"
         )
     if faults := summary["refusals"].get(Reason.FAULT.value):
         lines.append(

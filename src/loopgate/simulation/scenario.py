@@ -22,10 +22,9 @@ from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
 SPACINGS = ("none", "hold", "advice")
-STANDING = ("contain", "leave", "wait")
+STANDING = ("contain", "wait")
 STARTS = ("random", "even")
 DRIVERS = ("human", "machine")
-ARRIVING = ("rolling", "standing")
 ON_DEADLOCK = ("stop", "continue", "teleport")
 SERVE_AFTER_S = 60.0
 """Default of `Scenario.serve_after_s` [s]."""
@@ -105,16 +104,11 @@ class Scenario:
         Even spacing of the vehicles on a loop. ``hold``: a vehicle too far ahead waits some seconds at gates.
         ``advice``: each vehicle is told its speed. ``none``: no spacing. Empty for ``hold`` in a gated run
         with `revisit_s`, otherwise ``none``.
-    arriving
-        ``rolling``: where other vehicles cross, a refused vehicle slows down early, so that it is granted at
-        speed; ``standing``: it brakes as late as it can. Under a gate, without ordinary traffic, and not
-        where vehicles decide.
     incidents
         TOML file of closures and breakdowns (`loopgate.network.incidents.read_incidents`); empty for none.
     standing
         ``contain``: no vehicle enters a blocked place (closed, or with a vehicle that stands long), and loops
-        are led round it; ``leave``: also, vehicles without another way leave the road until it is free;
-        ``wait``: vehicles wait. For gates that decide by the chain rule.
+        are led round it; ``wait``: vehicles wait. For gates that decide by the chain rule.
     rho_m
         Safe radius of the segments abstraction [m].
     piece_m
@@ -179,7 +173,6 @@ class Scenario:
     serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
     lights: Annotated[str, choice(("", *LIGHTS))] = ""
     spacing: Annotated[str, choice(("", *SPACINGS))] = ""
-    arriving: Annotated[str, choice(ARRIVING)] = "standing"
     incidents: Annotated[str, text()] = ""
     standing: Annotated[str, choice(STANDING)] = "contain"
     rho_m: Annotated[float, real(0.01, 1e3)] = 1.25

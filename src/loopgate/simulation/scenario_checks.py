@@ -22,7 +22,6 @@ def check(scenario: Scenario) -> None:
     _check_names(scenario.gate, scenario.rule_for_negotiation)
     _check_incidents(scenario)
     _check_decide(scenario)
-    _check_arriving(scenario)
     if scenario.traffic and scenario.gated and scenario.abstraction != "queues":
         msg = (
             f"traffic: with gate {scenario.gate} it works on abstraction queues only; on "
@@ -52,21 +51,6 @@ def check(scenario: Scenario) -> None:
         raise ScenarioError(msg)
     if scenario.on_deadlock == "teleport" and scenario.gated:
         msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
-        raise ScenarioError(msg)
-
-
-def _check_arriving(scenario: Scenario) -> None:
-    where = {
-        "gate open": not scenario.gated,
-        f"decide {scenario.decide}": scenario.by_messages is not None,
-        "traffic": bool(scenario.traffic),
-    }
-    found = [what for what, there in where.items() if there]
-    if scenario.arriving == "rolling" and found:
-        msg = (
-            "arriving: rolling works under a gate that one central program decides, without ordinary "
-            f"traffic; found {found[0]}; take standing"
-        )
         raise ScenarioError(msg)
 
 

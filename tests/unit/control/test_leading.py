@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from loopgate.control.leading import may_turn_off, turn_off, wait_again, wait_for_nothing
+from loopgate.control.leading import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Make, Place, joined, path_of
 from loopgate.control.rules import usual
@@ -63,16 +63,3 @@ def test_a_withheld_vehicle_is_granted_nothing_and_nothing_is_kept_for_it() -> N
     ledger.leave(other)
     stands.withheld = ""
     assert ledger.answer(202.0) == [stands]
-
-
-def test_a_vehicle_that_waits_for_nothing_asks_when_it_waits_again() -> None:
-    a, b = (Place(name, 2) for name in "ab")
-    ledger = Ledger(usual())
-    car = ledger.take_in("car", drawn(a, b), 0, CAR, 200.0)
-    car.front_m = 98.0
-    ledger.ask(car)
-    wait_for_nothing(ledger, car)
-    assert ledger.answer() == []
-    assert not car.asks
-    wait_again(ledger, car)
-    assert ledger.answer() == [car]

@@ -43,8 +43,7 @@ def attach(
     starving_s
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     standing
-        ``contain``: vehicles are led round a blocked place; ``leave``: also, vehicles without another way
-        park beside the road until the place is free; ``wait``: vehicles wait.
+        ``contain``: vehicles are led round a blocked place; ``wait``: vehicles wait.
 
     Returns
     -------

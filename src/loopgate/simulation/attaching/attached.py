@@ -175,7 +175,6 @@ class Attached:
             if vehicle not in self._fleet and vehicle not in self._entrance.newcomers:
                 msg = f"vehicle {vehicle}: it is not under the gate; add it first"
                 raise TrafficError(msg)
-        self._contained.call_back(vehicles)
         self._entrance.drop(vehicles, "left")
         for vehicle in vehicles:
             self._send_home(vehicle)
@@ -343,7 +342,6 @@ class Attached:
             final = self._figures()
             with suppress(TrafficError, *self._sumo.error):  # it may have been ended already
                 final |= self._fleet.report()
-                self._contained.call_back(self._known)
                 self._entrance.drop(self._known, "end")
             self._recorder.close()
             self._events = self._recorder.read()

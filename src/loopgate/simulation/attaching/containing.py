@@ -99,7 +99,6 @@ class OwnersContainment:
             queue.fleet.leads,
             recorder,
             waits=self._waits,
-            leaves=standing == "leave",
         )
 
     def block(self, names: Iterable[str]) -> None:
@@ -230,12 +229,6 @@ class OwnersContainment:
         sets: list[AbstractSet[str]] = [frozenset((edge,)) for edge in dict.fromkeys(held)]
         crossed = {edge: self._into[self._network.edges[edge].from_junction] for edge in held[1:]}
         return [*sets, *(frozenset((edge, *into)) for edge, into in crossed.items())]
-
-    def call_back(self, vehicles: Iterable[str]) -> None:
-        """Let vehicles beside the road return as soon as there is space."""
-        if self._contained.roadside is not None:
-            for vehicle in vehicles:
-                self._contained.roadside.call_back(vehicle)
 
     def why(self, vehicle: str) -> str:
         """Return why a vehicle stands, if the owner has named it or set a long stop; else an empty text."""
