@@ -5,8 +5,8 @@
 drives loops on four networks with 0.3, 0.6 and 0.9 of the vehicles that can start. One vehicle breaks down
 after ten minutes, for ten, thirty or sixty minutes. The yardstick is the vehicle-km of all others in the
 measured time, as a share of theirs in the same run in which nothing happens. ``wait`` is the gate without
-containment, ``open`` are SUMO's own rules, ``rerouted`` those with its rerouting device, each against the same rule in
-which nothing happens.
+containment, ``open`` are SUMO's own rules, ``rerouted`` those with its rerouting device, each against the
+same rule in which nothing happens.
 """
 
 from __future__ import annotations
