@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel beside-zhou vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help demo readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -119,9 +119,6 @@ proofs: ## check the proofs of docs/proofs by machine (needs Rocq, called coqc)
 	@cd out/proofs && begin=$$(date +%s) && for name in Model Chain Push Crowd Service Way Ends Everyone Change Instance Homes Posts Books Probes Going; do \
 		echo "$$name.v, $$(wc -l < $$name.v) lines; its theorems assume:" && coqc $$name.v || exit 1; done && \
 		echo "$$(cat *.v | wc -l) lines checked in $$(($$(date +%s) - begin)) s"
-
-beside-zhou: $(STAMP) ## the chain rule by messages beside Algorithm 2 by messages, on the paper's systems: writes analysis/tables/beside-zhou.md
-	$(BIN)/python analysis/beside_zhou.py
 
 vehicles-alone: $(STAMP) ## the chain rule by messages: 5,000 random systems beside the central rule, and every order on small ones
 	$(BIN)/python analysis/vehicles_alone.py

@@ -53,7 +53,7 @@ SCENARIO = Scenario(
 )
 VEHICLES = (10, 50, 100)
 GATES = ("algorithm2", "certified")
-OTHER_GATES = ("collision", "one-step", "banker", "agents")
+OTHER_GATES = ("collision", "one-step", "banker")
 """With the most vehicles only."""
 QUEUES = {
     "grid 200 m": Scenario(network=str(LONG_GRID), loops=40, duration_s=QUARTER_S, lights="off"),

@@ -5,7 +5,7 @@
 From a live configuration of a random system vehicles get other loops, first vehicles stand for good, or both:
 then most loops are led round the places that stand. Every configuration that can be reached from there is
 looked at by an exhaustive oracle (`road_oracle`). That is compared with what is proved, and with what
-`loopgate.gates.certified.change` decides.
+`change_rule` decides.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from collections import Counter
 from dataclasses import replace
 from operator import eq
 
+from change_rule import Standing, Why, find_hindrance
 from everyone import draw
 from road_oracle import Lines, Reach, Roads
 
 from loopgate.cli.progress import show_progress
-from loopgate.gates.certified.change import Standing, Why, find_hindrance
 
 MOST = 2_000
 """Systems with more configurations are drawn anew."""

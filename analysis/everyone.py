@@ -16,6 +16,7 @@ import time
 from collections import Counter
 
 from road_oracle import MOST, Reach, Roads
+from service_rule import next_mover
 
 from loopgate.cli.progress import show_progress
 from loopgate.errors import UnsafeStartError
@@ -25,7 +26,6 @@ from loopgate.gates.certified.crowding import find_crowd
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Budget
-from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 from loopgate.research.theory.residents import leaves_room_for_passers

@@ -275,7 +275,6 @@ def _names(folder: Path, random: Random) -> None:
     gates = (
         "certified:budget=5,patience=3,promise=auto,budget_ms=1.5",
         "algorithm2:lookahead=2",
-        "agents:loss=0.1",
     )
     negotiations = ("pressure:crowded=0.5,patience=3", "oldest", "random")
     if random.random() < 0.5:  # noqa: PLR2004  half of them

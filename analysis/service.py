@@ -18,6 +18,8 @@ import time
 from collections.abc import Sequence
 from itertools import cycle, islice
 
+from service_rule import next_mover
+
 from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.queues import choose_places, most_at_start
 from loopgate.errors import TooManyVehiclesError
@@ -25,7 +27,6 @@ from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.chain import circle_from
 from loopgate.gates.certified.crowding import too_many
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network import RoadNetwork

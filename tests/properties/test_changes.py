@@ -6,13 +6,11 @@ from random import Random
 
 import changes
 import pytest
+from change_rule import Hindrance, Standing, Why, find_hindrance
 from changes import WRONG, change, study
 from everyone import draw
 from hypothesis import settings
 from road_oracle import Reach, Roads
-
-from loopgate.gates.certified import change as package
-from loopgate.gates.certified.change import Hindrance, Standing, Why, find_hindrance
 
 SYSTEMS = 3 * settings.default.max_examples if settings.default else 0
 """180, and 9,000 in a soak; `python analysis/changes.py` looks at 10,000."""
@@ -30,7 +28,7 @@ def test_all_go_on_after_a_change_iff_the_walk_and_the_crowds_say_so() -> None:
 @pytest.mark.parametrize("why", Why)
 def test_each_condition_on_a_change_is_needed(why: Why, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without the walk, without (S), or with loops left where a head stands, some change is unsafe."""
-    whole = package.find_hindrance
+    whole = find_hindrance
 
     def forgetful(there: Standing, **words: set[int]) -> Hindrance | None:
         found = whole(there, **words)

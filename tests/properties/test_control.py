@@ -6,6 +6,7 @@ from collections import Counter
 from random import Random
 
 import pytest
+from service_rule import next_mover as next_of_gate
 from small_roads import Roads, commuters, figure_eight, one_way_grid, ring, road_system, roundabout, two_rings
 
 from loopgate.control.chain import circle_from, closes, next_mover
@@ -14,7 +15,6 @@ from loopgate.control.places import Place, Vehicle, path_of
 from loopgate.control.rules import usual
 from loopgate.errors import SystemModelError
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.service import next_mover as next_of_gate
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
 from loopgate.research.theory.oracle import Oracle, OracleLimitError

@@ -10,12 +10,12 @@ import pytest
 from everyone import WRONG, draw, narrow_system, wide_system
 from road_oracle import Reach
 from service_bound import longest_service, moves_until, slow_line
+from service_rule import next_mover
 
 from loopgate.errors import SystemModelError
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Budget
-from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.research.theory.oracle import Oracle, OracleLimitError
 from loopgate.research.theory.random_systems import Shape, random_system

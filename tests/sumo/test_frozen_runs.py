@@ -53,7 +53,7 @@ SCENARIOS: Final[dict[str, Scenario]] = {
     "open": replace(GRID, gate="open", vehicles=60),
     "open, lights off": replace(ACTUATED, gate="open", lights="off"),
     **{f"order2 {gate}": replace(ORDER2, gate=gate) for gate in ("collision", "one-step", "algorithm2")},
-    **{f"order2 {gate}": replace(ORDER2, gate=gate) for gate in ("banker", "certified", "agents")},
+    **{f"order2 {gate}": replace(ORDER2, gate=gate) for gate in ("banker", "certified")},
     "order2 random": replace(ORDER2, negotiation="random"),
     "ring3 collision": replace(RING3, gate="collision"),
     "ring3 everyone": replace(RING3, gate="certified:promise=everyone"),

@@ -6,10 +6,10 @@ import random
 
 from by_hand import AFTER_S, ByHand, by_hand
 from crossed_roads import CrossedRoads, small_grid
+from service_rule import next_mover
 
 from loopgate.abstraction.itinerary import Crossing
 from loopgate.gates.certified.occupancy import Occupancy
-from loopgate.gates.certified.service import next_mover
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.negotiation.pressure import Pressure
 

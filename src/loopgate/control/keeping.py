@@ -6,7 +6,7 @@ clear by itself, and vehicles with a shorter crossing would take each slot that 
 vehicles in each other's way, the older request keeps its crossing. So each vehicle waits only for older
 requests.
 
-A vehicle that has waited very long is *served*. `loopgate.gates.certified.service` names its *mover*: the
+A vehicle that has waited very long is *served*. `loopgate.control.chain.next_mover` names its *mover*: the
 vehicle whose move brings the served vehicle nearer to its grant. A place in which ordinary vehicles leave no
 space counts as full. Slots and crossing are kept for the mover, and no negotiation passes it over. If the
 places on the way to the grant lead on from a circle, only the mover may enter one of these places until the

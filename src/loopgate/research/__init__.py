@@ -1,1 +1,1 @@
-"""The part that studies gates and drives nothing: theory, state space, runs, agents, the paper."""
+"""The part that studies gates and drives nothing: theory, state space, runs, the paper."""
