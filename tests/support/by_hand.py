@@ -127,7 +127,10 @@ class ByHand:
     def blockers(self, name: str) -> list[list[str]]:
         """Return whom a vehicle waits for: of every list, some vehicle has to move on."""
         everybody = self.ledger.vehicles.values()
-        return [[one.name for one in some] for some in blocking.blockers(self[name], list(everybody))]
+        return [
+            [one.name for one in some]
+            for some in blocking.blockers(self[name], list(everybody), self.ledger.gate)
+        ]
 
 
 def by_hand(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from math import inf
 
-from loopgate.control.chain import closes
+from loopgate.control.gate import RoadGate
 from loopgate.control.keeping import PASSED_OVER
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
@@ -20,14 +20,11 @@ _KNOWN = frozenset(str(reason) for reason in Reason)
 """The reasons of the gates and rules of this package. Another reason is that of a user's own rule."""
 
 
-def blockers(
-    vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
-) -> list[list[Vehicle]]:
+def blockers(vehicle: Vehicle, everybody: Collection[Vehicle], gate: RoadGate) -> list[list[Vehicle]]:
     """Return the gated vehicles that block a refused vehicle, as a list of sets.
 
     In each set, at least one vehicle has to move before the refused vehicle can. A vehicle that a user's own
-    rule refuses waits for no vehicle. `by_gate` returns the names of the vehicles for which a gate refuses a
-    vehicle; it is None where the chain rule decides.
+    rule refuses waits for no vehicle.
     """
     wanted = vehicle.wanted()
     if not vehicle.asks or wanted is None or vehicle.reason in _NOBODY:
@@ -41,12 +38,8 @@ def blockers(
         return [*_late(ways, vehicle), *([other] for other in _on_the_way(vehicle))]
     if vehicle.reason == Reason.SERVICE:
         return [[other] for other in _named([wanted.mover, *ways], vehicle) if other.mover]
-    found: list[Vehicle] = []
-    if by_gate is not None and vehicle.reason != Reason.RESERVE:
-        names = by_gate(vehicle)
-        found = [other for other in everybody if other.name in names]
-    elif vehicle.reason == Reason.DEADLOCK:
-        found = [place.line[0] for place in closes(vehicle) if place.line]
+    names = gate.blockers(vehicle) if vehicle.reason != Reason.RESERVE else []
+    found = [other for other in everybody if other.name in names]
     known = vehicle.reason in _KNOWN
     if known and not found:
         found = [other for other in everybody if other is not vehicle]
@@ -64,16 +57,14 @@ def _late(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[list[Vehicle
     return [[other] for other in _named(some, vehicle) if other.asks and other.reason in PASSED_OVER]
 
 
-def ahead(
-    vehicle: Vehicle, everybody: Collection[Vehicle], by_gate: Callable[[Vehicle], list[str]] | None = None
-) -> list[Vehicle]:
+def ahead(vehicle: Vehicle, everybody: Collection[Vehicle], gate: RoadGate) -> list[Vehicle]:
     """Return the vehicles that a vehicle waits for: the first in its line, else its `blockers`."""
     line, wanted = vehicle.leg.place.line, vehicle.wanted()
     if line and line[0] is not vehicle:
         return line[:1]
     if vehicle.asks and vehicle.reason == Reason.STOP and vehicle.stop_m == inf and wanted is not None:
         return wanted.line[:1]  # a vehicle in the wanted place is about to stop
-    found = {other for some in blockers(vehicle, everybody, by_gate) for other in some}
+    found = {other for some in blockers(vehicle, everybody, gate) for other in some}
     return sorted(found - {vehicle}, key=lambda one: one.number)
 
 

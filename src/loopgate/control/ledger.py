@@ -7,11 +7,12 @@ from heapq import heappop, heappush
 from math import inf
 from typing import Final
 
+from loopgate.control.gate import ChainGate, RoadGate
 from loopgate.control.holdings import GRANTED, REFUSED, Holdings
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import Place, Trip, Vehicle
 from loopgate.control.pressure import Pressure
-from loopgate.control.refusal import CHAIN, Refusal, Rule
+from loopgate.control.refusal import Refusal, Rule
 
 _RESERVE: Final = Refusal("reserve")
 
@@ -31,8 +32,9 @@ class Ledger(Holdings):
     Parameters
     ----------
     rules
-        The ledger asks them in this order until one refuses. The last rule decides about vehicles that no
-        other rule refuses.
+        The ledger asks them in this order until one refuses.
+    gate
+        Decides about vehicles that no rule refuses; by default the chain rule.
     everybody
         Whether each answer looks at every vehicle that waits, not only at woken vehicles. This is slow and
         gives the same grants: tests of the wake lists use it.
@@ -56,6 +58,7 @@ class Ledger(Holdings):
     def __init__(
         self,
         rules: list[Rule],
+        gate: RoadGate | None = None,
         *,
         everybody: bool = False,
         step_s: float = 1.0,
@@ -64,14 +67,11 @@ class Ledger(Holdings):
     ) -> None:
         super().__init__(step_s)
         self.rules: Final = rules
+        self.gate: RoadGate = gate or ChainGate()
         self.order: Final = order or Pressure().order
         self.pressing: Final = pressing
         self.everybody: Final = everybody
         self.keeping: Final = Keeping(self.waiting)
-        self.on_grant: Callable[[Vehicle], None] | None = None
-        """Called with each vehicle that gets a grant."""
-        self.stage_of: Callable[[Vehicle], str] | None = None
-        """Returns the stage of the gate that lets a vehicle go; None where the chain rule does."""
         self.looked_at = self.decisions = 0
         self.refusals: dict[str, int] = {}
         """How often each reason was given."""
@@ -79,18 +79,20 @@ class Ledger(Holdings):
         self.look: Callable[[float], None] = self.keeping.look
         """Called with the time [s] before requests are answered."""
         self.decide: Callable[[list[Vehicle]], list[Vehicle]] = self._decide
-        """Takes vehicles that at most the last rule refuses; lets some go on, and returns these."""
+        """Takes vehicles that no rule refuses; lets some go on, and returns these."""
         self._alarms: list[tuple[float, int, Vehicle]] = []
         self._shut: list[Place] = []
         self._opening: list[Place] = []
 
+    @property
+    def by_chain(self) -> bool:
+        """Whether the chain rule decides. Any other gate knows only the paths for which it was made."""
+        return isinstance(self.gate, ChainGate)
+
     def why_not(self, vehicle: Vehicle) -> str:
         """Return why a vehicle may not go on now, or an empty text. This changes nothing."""
-        for rule in self.rules:
-            refusal = rule(vehicle, self.now_s)
-            if refusal is not None:
-                return refusal.reason
-        return ""
+        refusal = self.refusal_of(vehicle) or self.gate.allows(vehicle, self.now_s)
+        return refusal.reason if refusal is not None else ""
 
     def answer(self, now_s: float | None = None) -> list[Vehicle]:
         """Answer all requests; return the vehicles that got a grant, in the order of the grants.
@@ -118,10 +120,10 @@ class Ledger(Holdings):
         return gone
 
     def refusal_of(self, vehicle: Vehicle) -> Refusal | None:
-        """Return the refusal of the first rule that refuses a vehicle; this does not ask the last rule."""
-        rules, now_s = self.rules, self.now_s
-        for number in range(len(rules) - 1):
-            refusal = rules[number](vehicle, now_s)
+        """Return the refusal of the first rule that refuses a vehicle; this does not ask the gate."""
+        now_s = self.now_s
+        for rule in self.rules:
+            refusal = rule(vehicle, now_s)
             if refusal is not None:
                 return refusal
         return None
@@ -178,7 +180,7 @@ class Ledger(Holdings):
         return due
 
     def _ready(self, due: list[Vehicle]) -> list[Vehicle]:
-        """Return the vehicles that at most the last rule refuses; note the refusals of the others."""
+        """Return the vehicles that no rule refuses; note the refusals of the others."""
         ready: list[Vehicle] = []
         for vehicle in due:
             vehicle.answered = True
@@ -209,7 +211,7 @@ class Ledger(Holdings):
         refusal = self.refusal_of(vehicle) if again else None
         if refusal is None:
             self.decisions += 1
-            refusal = self.rules[-1](vehicle, self.now_s)
+            refusal = self.gate.allows(vehicle, self.now_s)
             if refusal is not None:
                 vehicle.blocked_s = self.now_s
         if refusal is not None:
@@ -229,10 +231,8 @@ class Ledger(Holdings):
         was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
         vehicle.steered = vehicle.steered or before.guided
         vehicle.go_on(after)
-        stage = CHAIN if self.stage_of is None else self.stage_of(vehicle)
-        self.log.append((GRANTED, vehicle, after.place, "", stage))
-        if self.on_grant is not None:
-            self.on_grant(vehicle)
+        self.log.append((GRANTED, vehicle, after.place, "", self.gate.stage(vehicle)))
+        self.gate.moved(vehicle)
         body = self._go_in(vehicle, begins_m)
         if was_settled:  # otherwise it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()

@@ -16,7 +16,6 @@ from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
 from loopgate.control.motion import STANDING_MPS, braking_m
 from loopgate.control.places import Body, Place, Vehicle
-from loopgate.control.rules import chain
 from loopgate.traffic.base import Traffic
 
 # Values of `loopgate.results.columns.Event`.
@@ -159,7 +158,7 @@ class Parking:
         place. `why`: noted in the event.
         """
         # Another gate needs each vehicle to be in a place.
-        if chain not in self._ledger.rules or not self._ledger.step_aside(vehicle):
+        if not self._ledger.by_chain or not self._ledger.step_aside(vehicle):
             return False
         self._beside[vehicle] = None
         self._note(vehicle, PARK, why)

@@ -9,11 +9,10 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
-from loopgate.control.chain import closes
 from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
 from loopgate.control.places import Vehicle
-from loopgate.control.refusal import CHAIN, Refusal, Rule
+from loopgate.control.refusal import Refusal, Rule
 
 
 def stop(vehicle: Vehicle, _now_s: float) -> Refusal | None:
@@ -59,15 +58,9 @@ def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
-def chain(vehicle: Vehicle, _now_s: float) -> Refusal | None:
-    """Refuse a move that would close a circle of full places, or lead into such a circle."""
-    return Refusal("deadlock", stage=CHAIN) if closes(vehicle) else None
-
-
-def usual(outside: Sequence[Rule] = (), last: Rule = chain) -> list[Rule]:
+def usual(outside: Sequence[Rule] = ()) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 
-    `outside`: the rules about lights, spacing and ordinary traffic. `last`: the rule that decides about
-    vehicles that no other rule refuses.
+    `outside`: the rules about lights, spacing and ordinary traffic.
     """
-    return [stop, room, kept, crossing, *outside, withheld, last]
+    return [stop, room, kept, crossing, *outside, withheld]

@@ -8,11 +8,12 @@ from math import inf
 from time import perf_counter
 from typing import Final
 
+from loopgate.control.gate import ChainGate
 from loopgate.control.ledger import Ledger, Order
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing
 from loopgate.control.refusal import Refusal, Rule
-from loopgate.control.rules import chain, usual
+from loopgate.control.rules import usual
 from loopgate.gates import Decision, Gate
 from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
@@ -40,8 +41,6 @@ class AskedGate:
 
     Attributes
     ----------
-    decides
-        Whether the gate decides now; otherwise the chain rule does.
     times
         How long decisions of the gate took, by stage [us].
     messages
@@ -49,7 +48,6 @@ class AskedGate:
     """
 
     def __init__(self, system: System | None = None, gate: Gate | None = None) -> None:
-        self.decides = False
         self.times: defaultdict[str, Histogram] = defaultdict(Histogram)
         self.messages = 0
         self.look: Callable[[], None] = lambda: None
@@ -59,7 +57,6 @@ class AskedGate:
 
     def go_by(self, system: System, gate: Gate) -> None:
         """Use another gate from now on, made for the vehicles as they are."""
-        self.decides = True
         self._system, self._asked = system, careful(gate, system)
         self._following = following(self._asked)
         self._configuration = system.initial
@@ -69,7 +66,7 @@ class AskedGate:
         """The vehicles asked about since the last move: only a move changes an answer."""
 
     def allows(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
-        """Refuse what the gate refuses; this is the last of the ledger's rules."""
+        """Refuse what the gate refuses."""
         self.look()
         if vehicle not in self._since_move:
             self._ask(vehicle)
@@ -80,7 +77,7 @@ class AskedGate:
             else Refusal(str(decision.reason), at_s=now_s + _REASK_S, stage=decision.stage)
         )
 
-    def stage_of(self, vehicle: Vehicle) -> str:
+    def stage(self, vehicle: Vehicle) -> str:
         """Return the stage of the gate that last decided about a vehicle."""
         return self._decisions[vehicle].stage
 
@@ -239,12 +236,10 @@ class Deciding:
         everyone = chained and getattr(gate, "promise", "") == "everyone"
         ledger.keeping.serve_after_s = self._serve_after_s if everyone else inf
         if asked is None or chained:
-            ledger.rules[-1], ledger.on_grant, ledger.stage_of = chain, None, None
+            ledger.gate = ChainGate()
         else:
-            ledger.rules[-1], ledger.on_grant, ledger.stage_of = asked.allows, asked.moved, asked.stage_of
+            ledger.gate = asked
             asked.go_by(system, gate)
-        if asked is not None:
-            asked.decides = not chained
         if self._negotiated is not None:
             self._negotiated.go_by(system)
 

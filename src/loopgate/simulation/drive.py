@@ -73,13 +73,8 @@ class Drive:
         recorder.before = self.settle
         driving.on_answer = self._time
 
-    @property
-    def _by_gate(self) -> Callable[[Vehicle], list[str]] | None:
-        """Returns the vehicles for which a gate refuses a vehicle; None if the chain rule decides."""
-        return self._asked.blockers if self._asked is not None and self._asked.decides else None
-
     def _time(self, decisions: int, took_s: float) -> None:
-        if decisions and (self._by_messages or self._by_gate is None):
+        if decisions and (self._by_messages or self._ledger.by_chain):
             self._times.add(took_s * 1e6 / decisions, times=decisions)
 
     @property
@@ -238,14 +233,14 @@ class Drive:
 
     def _refusal(self, name: str) -> tuple[list[list[str]], str]:
         vehicle, every = self._ledger.vehicles[name], self._ledger.vehicles.values()
-        sets = [[other.name for other in some] for some in blockers(vehicle, every, self._by_gate)]
+        sets = [[other.name for other in some] for some in blockers(vehicle, every, self._ledger.gate)]
         sets += [] if self._slack is None else outside(vehicle, self._slack, every)
         return sets, self.wanted(name)
 
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
         every = self._ledger.vehicles
-        return [other.name for other in ahead(every[vehicle], every.values(), self._by_gate)]
+        return [other.name for other in ahead(every[vehicle], every.values(), self._ledger.gate)]
 
     def asks(self, vehicle: str) -> bool:
         """Return whether a vehicle waits for a grant."""

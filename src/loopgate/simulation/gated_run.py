@@ -18,14 +18,14 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import chain, usual
+from loopgate.control.rules import usual
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.asked_gate import AskedGate, Deciding, by_chain
+from loopgate.simulation.asked_gate import AskedGate, Deciding
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures
@@ -65,7 +65,7 @@ def check(scenario: Scenario, assembly: Assembly) -> None:
 def _kept(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
     """Return the warning about vehicles that keep their slots while they park."""
     names = [stop.name for some in assembly.stops.values() for stop in some if stop.parks]
-    if chain in driving.ledger.rules or not names:
+    if driving.ledger.by_chain or not names:
         return ()
     return (f"stops: while a vehicle parks, as at {names[0]}, no other vehicle enters its place",)
 
@@ -151,8 +151,8 @@ def make_driving(
         )
 
         ledger = Ledger(usual(outside), everybody=everybody, step_s=scenario.step_s)
-        asked = None if by_chain(gate) else AskedGate(abstraction.system, gate)
-        by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate, asked)
+        asked = None
+        by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate)
     else:
         deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
         ledger, asked = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody), deciding.asked

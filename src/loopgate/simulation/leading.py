@@ -12,7 +12,6 @@ from loopgate.control.blocking import ahead
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Make
-from loopgate.control.rules import chain
 from loopgate.traffic.base import Dynamics, Traffic
 
 
@@ -64,7 +63,7 @@ class Leading:
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
         every = self._ledger.vehicles
-        return [other.name for other in ahead(every[vehicle], every.values())]
+        return [other.name for other in ahead(every[vehicle], every.values(), self._ledger.gate)]
 
     def shut(self, place: str) -> None:
         """Let no vehicle enter a place in the next step."""
@@ -82,7 +81,7 @@ class Leading:
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
         """Lead a vehicle from its place to another path; return whether that can be done now."""
-        if chain not in self._ledger.rules:
+        if not self._ledger.by_chain:
             return False  # another gate is made for the paths at its start
         track = replace(track, vehicle=vehicle, position=position)
         begins = [begin_m for begin_m, _ in track.edges]

@@ -19,13 +19,13 @@ def test_a_vehicle_waits_for_those_in_the_full_place() -> None:
     path = path_of([here, full, out], closed=True)
     first, second = ledger.take_in("first", path, 0), ledger.take_in("second", path, 0)
     every = ledger.vehicles.values()
-    assert blockers(first, every) == []
+    assert blockers(first, every, ledger.gate) == []
     ledger.ask(first)
     assert ledger.answer() == []
     assert first.reason == "occupied"
-    assert blockers(first, every) == [there]
-    assert ahead(first, every) == there
-    assert ahead(second, every) == [first]
+    assert blockers(first, every, ledger.gate) == [there]
+    assert ahead(first, every, ledger.gate) == there
+    assert ahead(second, every, ledger.gate) == [first]
 
 
 def _refuse(reason: str, _vehicle: Vehicle, _now_s: float) -> Refusal:
@@ -41,4 +41,4 @@ def test_a_vehicle_refused_for_the_sake_of_all_waits_for_any_other() -> None:
         one, other = ledger.take_in("one", path, 0), ledger.take_in("other", path, 1)
         ledger.ask(one)
         ledger.answer()
-        assert blockers(one, ledger.vehicles.values()) == ([[other]] if waits else [])
+        assert blockers(one, ledger.vehicles.values(), ledger.gate) == ([[other]] if waits else [])

@@ -15,7 +15,7 @@ from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Foe, Make, Pass, Trip, Vehicle
-from loopgate.control.rules import chain, crossing
+from loopgate.control.rules import crossing
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
 
@@ -340,7 +340,7 @@ def test_a_vehicle_that_goes_before_some_waits_for_none() -> None:
 def test_two_that_cross_are_let_go_one_after_the_other() -> None:
     """Both ways are clear when they ask; the second finds the first on the way, and goes after it."""
     scene = Crossed("", (49.0, 49.0), shared=(0.0, inf), theirs=(0.0, inf), speed=0.0)
-    scene.ledger.rules[:] = [crossing, chain]
+    scene.ledger.rules[:] = [crossing]
     scene.ledger.ask(scene.a)
     scene.ledger.ask(scene.b)
     assert scene.ledger.answer(1.0) == [scene.a]
@@ -357,7 +357,7 @@ def test_two_that_cross_are_let_go_one_after_the_other() -> None:
 def test_a_vehicle_that_leaves_with_a_crossing_held_frees_it() -> None:
     """It vanishes on the junction; the other goes in the next answer."""
     scene = Crossed("", (49.0, 49.0), shared=(0.0, inf), theirs=(0.0, inf), speed=0.0)
-    scene.ledger.rules[:] = [crossing, chain]
+    scene.ledger.rules[:] = [crossing]
     scene.ledger.ask(scene.a)
     scene.ledger.ask(scene.b)
     assert scene.ledger.answer(1.0) == [scene.a]

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
+from loopgate.model import System
 from loopgate.reading import listed
 
 SPARE = 2
@@ -106,6 +107,25 @@ def too_many(loops: Sequence[Sequence[int]], slots: Sequence[int]) -> list[int]:
         gone += robots[: crowd.excess]
         left = [i for i in left if i not in gone]
     return sorted(gone)
+
+
+def is_plain_for_the_chain(system: System) -> bool:
+    """Return whether the chain rule plainly keeps everyone going, with no more to look at.
+
+    It does if all paths are closed, each place that several robots visit is left in order of arrival and
+    holds two or more, and a slot is free in each at the start: then (S) holds, and there is no circle of full
+    places. O(length of all paths).
+    """
+    if any(following[-1] < 0 for following in system.following):
+        return False
+    fifo, count = (
+        set(system.fifo_states),
+        Counter(p[r.start] for p, r in zip(system.paths, system.robots, strict=True)),
+    )
+    return all(
+        own or (state in fifo and max(SPARE, count[state] + 1) <= room)
+        for state, (own, room) in enumerate(zip(system.private, system.room, strict=True))
+    )
 
 
 def refuse_crowds(layout: SystemIndex, stand: Occupancy) -> None:

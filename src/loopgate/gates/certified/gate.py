@@ -2,15 +2,19 @@
 
 import math
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 from loopgate.errors import GateError
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.choosing import choose_proof
+from loopgate.gates.certified.crowding import is_plain_for_the_chain
+from loopgate.gates.certified.liveness_proof import LivenessProof
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.patience import Patience
 from loopgate.gates.certified.search import Budget, BudgetError
+from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 _PROMISES = ("auto", "everyone", "somebody")
@@ -76,12 +80,30 @@ class CertifiedGate:
         self.check_options(promise=promise, budget=budget, patience=patience, budget_ms=budget_ms)
         self._system = system
         self._budget = Budget(budget, budget_ms / 1000)
-        self._proof = choose_proof(system, promise, self._budget)
-        self._layout = self._proof.layout
-        steers = 0 if isinstance(self._proof, ChainRule) else patience
-        self._patience = Patience(len(system.robots), steers)
+        self._steers_after = patience
+        self._asked_promise = promise
+        self._plain = promise != "somebody" and is_plain_for_the_chain(system)
         self._configuration: Configuration | None = system.initial
-        self._stand = Occupancy.of(self._layout, self._configuration)
+        if not self._plain:
+            self._stand  # noqa: B018  an unsafe start is refused here
+
+    @cached_property
+    def _proof(self) -> LivenessProof:
+        """The liveness proof; nothing asks for it where a ledger applies the chain rule itself."""
+        return choose_proof(self._system, self._asked_promise, self._budget)
+
+    @cached_property
+    def _layout(self) -> SystemIndex:
+        return self._proof.layout
+
+    @cached_property
+    def _patience(self) -> Patience:
+        steers = 0 if isinstance(self._proof, ChainRule) else self._steers_after
+        return Patience(len(self._system.robots), steers)
+
+    @cached_property
+    def _stand(self) -> Occupancy:
+        return Occupancy.of(self._layout, self._system.initial)
 
     @staticmethod
     def check_options(
@@ -104,12 +126,12 @@ class CertifiedGate:
     @property
     def promise(self) -> str:
         """The promise: ``everyone`` (every robot can go on for ever) or ``somebody`` (some robot can)."""
-        return "everyone" if self._proof.for_everyone else "somebody"
+        return "everyone" if self._plain or self._proof.for_everyone else "somebody"
 
     @property
     def by_chain_alone(self) -> bool:
         """Whether every move is decided by the walk along full places alone (`ChainRule.by_chain_alone`)."""
-        return isinstance(self._proof, ChainRule) and self._proof.by_chain_alone
+        return self._plain or (isinstance(self._proof, ChainRule) and self._proof.by_chain_alone)
 
     def use_clock(self, clock: Callable[[], float]) -> None:
         """Set the function that returns the time [s], by which `budget_ms` is measured."""

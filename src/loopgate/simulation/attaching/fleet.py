@@ -16,7 +16,6 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import chain
 from loopgate.errors import GateError
 from loopgate.gates import Gate, Reason
 from loopgate.model import System
@@ -155,7 +154,7 @@ class Fleet:
         if not leaving:
             return False
         self.changes += 1
-        if self._ledger.vehicles and chain not in self._ledger.rules:
+        if self._ledger.vehicles and not self._ledger.by_chain:
             self._go_by(*start_with(self._driving, (), self._gate))
         return True
 

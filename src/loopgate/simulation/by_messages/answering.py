@@ -7,12 +7,13 @@ from typing import Any
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.control.chain import closes
+from loopgate.control.gate import ChainGate
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Vehicle
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
-from loopgate.simulation.asked_gate import AskedGate
+from loopgate.simulation.asked_gate import AskedGate, by_chain
 from loopgate.simulation.by_messages.bridge import Bridge
 from loopgate.simulation.by_messages.controllers import Controllers, ControllersHere
 from loopgate.simulation.by_messages.decisions import DecisionsByMessages
@@ -22,6 +23,14 @@ from loopgate.simulation.by_messages.sides import far_side
 from loopgate.vehicles.air import AirSettings
 
 __all__ = ["ByMessages", "let_vehicles_decide"]
+
+
+class _ByMonitors(AskedGate):
+    """A gate on segments as vehicles and monitors keep it."""
+
+    def stage(self, _vehicle: Vehicle) -> str:
+        """Return the name of the stage."""
+        return ByMessages.stage
 
 
 class ByMessages:
@@ -56,7 +65,6 @@ class ByMessages:
         self._begun = False
         self._first = True
         ledger.look, ledger.decide = self._look, self._decide
-        ledger.stage_of = lambda _: self.stage
 
     @property
     def sent(self) -> int:
@@ -99,7 +107,6 @@ def let_vehicles_decide(
     ledger: Ledger,
     abstraction: Abstraction,
     gate: Gate,
-    asked: AskedGate | None,
 ) -> ByMessages:
     """Make vehicles decide by messages what the gate would decide.
 
@@ -111,8 +118,6 @@ def let_vehicles_decide(
         The ledger, without vehicles yet.
     gate
         The gate made for the vehicles of the abstraction.
-    asked
-        The same gate as a rule, if it is not the chain rule.
 
     Raises
     ------
@@ -120,15 +125,16 @@ def let_vehicles_decide(
         If there is no protocol for the gate.
     """
     system = abstraction.system
-    if asked is not None and isinstance(gate, Algorithm2Gate):
+    if isinstance(gate, Algorithm2Gate):
+        ledger.gate = asked = _ByMonitors(system, gate)
         motor = Motor(ledger, asked.would_admit)
-        ledger.on_grant = asked.moved
         private = zip(system.states, system.private, strict=True)
         shared = {str(name) for name, own in private if not own}
         decisions: DecisionsByMessages | DecisionsOnSegments = DecisionsOnSegments(
             settings, seed, motor, shared, gate.lookahead
         )
-    elif asked is None and len(system.robots) > 1:
+    elif by_chain(gate) and len(system.robots) > 1:
+        ledger.gate = ChainGate(ByMessages.stage)
         motor = Motor(ledger, _goes_on)
         room = {str(name): most for name, most in abstraction.room.items()}
         decisions = DecisionsByMessages(settings, seed, motor, _controllers(settings, seed), room)

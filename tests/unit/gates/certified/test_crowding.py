@@ -10,11 +10,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from builders import robot, system
-from loopgate.errors import UnsafeStartError
+from loopgate.errors import SystemModelError, UnsafeStartError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.chain_rule import ChainRule
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.crowding import find_crowd, too_many
+from loopgate.gates.certified.crowding import find_crowd, is_plain_for_the_chain, too_many
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.model import StateId, System
 from loopgate.research.theory.residents import fits_with_two_empty, leaves_room_for_passers
@@ -148,3 +148,24 @@ def test_a_slot_free_everywhere_is_looked_at_by_the_checker() -> None:
 
 def checker_of(ends: System, moves: list[int], blocking: list[bool]) -> bool:
     return Checker(ends).leaves_room(ends.initial, moves, blocking)
+
+
+def test_what_is_plain_for_the_chain_rule_is_decided_by_it() -> None:
+    """On random systems with places of one to three, left in order of arrival or in any, loops and trips."""
+    draw, plain = random.Random(1), 0
+    for _ in range(400):
+        paths = {f"r{n}": draw.sample("abcdef", draw.randint(2, 4)) for n in range(4)}
+        visited = sorted({state for path in paths.values() for state in path})
+        room = {state: draw.choice((1, 2, 2, 3, 3)) for state in visited}
+        fifo = [StateId(state) for state in visited if draw.random() < 0.95]
+        robots = [robot(name, " ".join(path), closed=draw.random() < 0.95) for name, path in paths.items()]
+        try:
+            made = System(robots, {StateId(name): most for name, most in room.items()}, fifo)
+        except SystemModelError:
+            continue
+        if is_plain_for_the_chain(made):
+            plain += 1
+            proof = CertifiedGate(made)._proof
+            assert isinstance(proof, ChainRule)
+            assert (proof.by_chain_alone, proof.for_everyone) == (True, True)
+    assert plain > 20
