@@ -30,7 +30,7 @@ BERLIN = Scenario(
     network="sumo:DRT",
     routes=str(ROOT / "routes" / "berlin60.rou.xml"),
     vehicles=400,
-    seed=2,  # of the first five SUMO's own rules lock up with 2 and 3
+    seed=2,  # of the first five SUMO's own rules lock up with all but 3
     on_deadlock="continue",  # the hour goes on around the gridlock
 )
 GATES = {"open": "SUMO's own rules", "certified": "loopgate"}

@@ -51,6 +51,10 @@ def run(folder: Path, routes: Path, **more: Any) -> dict[str, Any]:  # noqa: ANN
     return simulate(scenario, folder, overwrite=True)
 
 
+def trips_in(folder: Path) -> list[ET.Element]:
+    return ET.parse(folder / "tripinfo.xml").getroot().findall("tripinfo")
+
+
 def test_all_trips_arrive_and_loops_go_on(tmp_path: Path) -> None:
     """Certified, by positions: nobody touches, all trips are at their ends, and the loops make laps."""
     summary = run(tmp_path / "out", demand(tmp_path), positions=True)
@@ -58,6 +62,12 @@ def test_all_trips_arrive_and_loops_go_on(tmp_path: Path) -> None:
     assert summary["clean"]
     assert (summary["trips"], summary["arrived"], summary["unfinished"]) == (TRIPS, TRIPS, 0)
     assert summary["promise"] == "everyone"
+    flow, vehicles = (pd.read_parquet(tmp_path / "out" / f"{name}.parquet") for name in ("flow", "vehicles"))
+    assert flow["distance_m"].sum() / 1000.0 == pytest.approx(summary["distance_km"], rel=1e-6)
+    told = {one.get("id", ""): float(one.get("departDelay", "")) for one in trips_in(tmp_path / "out")}
+    delays = vehicles.set_index("vehicle")["depart_delay_s"]
+    assert delays.max() > 1.0
+    assert told == {name: pytest.approx(delays[name]) for name in told}
     assert summary["laps"] > LOOPS
     vehicles = pd.read_parquet(tmp_path / "out" / "vehicles.parquet").set_index("vehicle")
     assert vehicles.loc["t1", "arrived"]
@@ -423,3 +433,26 @@ def test_a_device_given_by_name_is_refused(tmp_path: Path) -> None:
     """SUMO's list of names is above all parameters."""
     with pytest.raises(ScenarioError, match=r"device.rerouting.explicit t1 does not go with a gate"):
         run(tmp_path / "out", demand(tmp_path), sumo="--device.rerouting.explicit t1,t2")
+
+
+def test_a_calibrator_that_takes_trips_away_is_named(tmp_path: Path) -> None:
+    """Nothing is wrong with the gate then: the audit knows of it, also by positions."""
+    (tmp_path / "c.add.xml").write_text(
+        '<additional><vType id="slow"/><route id="r" edges="B1C1"/>'
+        '<calibrator id="c" edge="B1C1" pos="20" freq="60">'
+        '<flow begin="0" end="900" vehsPerHour="60" speed="8" type="slow" route="r"/>'
+        "</calibrator></additional>"
+    )
+    rows = '<flow id="f" begin="0" end="200" period="4" from="B0B1" to="C1D1" via="B1C1"/>'
+    (tmp_path / "d.rou.xml").write_text(f"<routes>{rows}</routes>")
+    (tmp_path / "c.sumocfg").write_text(
+        f'<configuration><net-file value="{Path(GRID).resolve()}"/><route-files value="d.rou.xml"/>'
+        '<additional-files value="c.add.xml"/></configuration>'
+    )
+    scenario = Scenario(network=str(tmp_path / "c.sumocfg"), duration_s=300.0, positions=True)
+    summary = simulate(scenario, tmp_path / "out")
+    taken = [one for one in trips_in(tmp_path / "out") if one.get("vaporized") == "calibrator"]
+    assert len(taken) > 10
+    assert summary["audit"] == "clean"
+    assert any(f"({len(taken)} vehicles in all)" in line for line in summary["warnings"])
+    assert summary["arrived"] == 50 - len(taken)

@@ -48,6 +48,45 @@ def test_a_configuration_is_honoured(tmp_path: Path, gate: str) -> None:
     assert [line for line in summary["warnings"] if "time-to-teleport 300 is not taken over" in line]
 
 
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_outputs_of_the_user_change_no_figure(tmp_path: Path, gate: str) -> None:
+    """Names, formats and shares are the user's business; figures are of all vehicles. Each is said."""
+    grid = ROOT / "networks" / "grid5-priority.net.xml"
+    (tmp_path / "r.rou.xml").write_text(
+        '<routes><flow id="f" begin="08:00:00" end="08:01:40" period="00:00:10" from="A0A1" to="E4D4"/>'
+        "</routes>"
+    )
+    options = {
+        "output-prefix": "mine_",
+        "output-suffix": "_mine",
+        "output.format": "parquet",
+        "human-readable-time": "true",
+        "device.tripinfo.probability": "0.3",
+        "tripinfo-output": "t.xml",
+        "fcd-output.geo": "true",
+        "output.column-separator": ",",
+        "device.fcd.period": "10",
+    }
+    found = {}
+    for name, said in (("plain", {}), ("mine", options)):
+        words = "".join(f'<{option} value="{value}"/>' for option, value in said.items())
+        config = tmp_path / f"{name}.sumocfg"
+        config.write_text(
+            f'<configuration><net-file value="{grid}"/><route-files value="r.rou.xml"/>'
+            f'<begin value="08:00:00"/>{words}</configuration>'
+        )
+        scenario = Scenario(network=str(config), gate=gate, duration_s=150.0, positions=True)
+        found[name] = simulate(scenario, tmp_path / name)
+    for figure in ("trips", "arrived", "mean_delay_s", "distance_km", "audit"):
+        assert found["mine"][figure] == found["plain"][figure]
+    assert found["mine"]["trips"] == 10
+    for option, value in options.items():
+        told = [line for line in found["mine"]["warnings"] if f"{option} {value} is not taken over" in line]
+        assert len(told) == 1
+        assert told[0].startswith(f"{tmp_path}/mine.sumocfg: ")
+    assert (tmp_path / "mine" / "tripinfo.xml").read_text().count("<tripinfo ") == 10
+
+
 def test_a_run_that_begins_in_the_morning_has_the_figures_of_one_at_midnight(tmp_path: Path) -> None:
     """No street has been idle since midnight, laps are counted, and so is how long a deadlock took."""
     grid, found, seen = ROOT / "networks" / "grid5-priority.net.xml", list[list[Any]](), list[list[float]]()

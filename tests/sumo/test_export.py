@@ -155,6 +155,17 @@ def test_replay_and_report_write_maps_too(made: Run, tmp_path: Path) -> None:
         assert pd.read_csv(tmp_path / command / "days" / "v1.csv")["what"].iloc[0] == "starts"
 
 
+def test_a_report_is_written_where_no_map_can_be(tmp_path: Path) -> None:
+    """The network has no projection: the line says so, after the page."""
+    folder = tmp_path / "run"
+    run(Scenario(network="networks/ring3.net.xml", routes="routes/ring3.rou.xml", duration_s=20.0), folder)
+    done = loopgate("report", folder, "-o", tmp_path / "r.html", "--export", tmp_path / "maps")
+    assert done.returncode == 2
+    assert "no geographic projection" in done.stderr
+    assert str(tmp_path / "r.html") in done.stdout
+    assert (tmp_path / "r.html").is_file()
+
+
 def test_a_network_without_projection(tmp_path: Path) -> None:
     """One line that names the file and the way out."""
     network = RoadNetwork.open("networks/ring3.net.xml")

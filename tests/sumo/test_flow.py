@@ -40,3 +40,10 @@ def test_standing_is_counted_once_and_whole(tmp_path: Path, gate: str) -> None:
     assert (measured[speed] < 0.1).sum() == pytest.approx(
         summary["stood_s"], abs=0.01 * summary["stood_s"] + 1
     )
+    name = next(name for name in seen.columns if name.endswith("id"))
+    stands = measured[speed] < 0.1
+    spells = measured[stands].groupby([measured[name], (~stands).groupby(measured[name]).cumsum()]).size()
+    longest = spells.groupby(level=0).max()
+    assert summary["longest_stood_s"] == vehicles["longest_stood_s"].max()
+    assert summary["longest_stood_s"] == pytest.approx(longest.max(), abs=2.0)
+    assert longest[summary["longest_stood"]] == longest.max()

@@ -219,14 +219,13 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
             a.FAILED: len(group) - len(done),
             a.RUNS: len(done),
             a.DEADLOCKED: int((done[c.DEADLOCKS] > 0).sum()),
-            c.COLLISIONS: int(done[c.COLLISIONS].sum()),
-            c.TELEPORTS: int(done[c.TELEPORTS].sum()),
+            **{name: done[name].sum(min_count=min(1, len(done))) for name in (c.COLLISIONS, c.TELEPORTS)},
             a.CLEAN: int((gated[c.AUDIT] == "clean").sum()) if len(gated) else None,
             c.LAPS_PER_H: done[c.LAPS_PER_H].mean(),
             c.LONGEST_WAIT: done[c.LONGEST_WAIT].max(),
         }
         rows.append({**names, **figures})
-    return table(rows, (*by, *_SAFETY)).astype({a.CLEAN: "Int64"})
+    return table(rows, (*by, *_SAFETY)).astype(dict.fromkeys((a.CLEAN, c.COLLISIONS, c.TELEPORTS), "Int64"))
 
 
 def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:

@@ -20,7 +20,7 @@ from loopgate.audit.stretches import lay_stretches
 from loopgate.audit.trace_audit import Finding
 from loopgate.audit.travel import TOLERANCE_M, LoopTable, Traveller
 from loopgate.audit.unmodelled_conflicts import find_unmodelled
-from loopgate.results.columns import EVENT, PLACE, TIME, VEHICLE, Event
+from loopgate.results.columns import EVENT, PLACE, REASON, TAKEN_OUT, TIME, VEHICLE, Event
 
 _MOST_FINDINGS = 200
 """How many findings of one rule are reported with their text; further ones are only counted."""
@@ -133,6 +133,9 @@ class _Audit:
         }
         parked: list[pd.DataFrame] = []
         grants, leaves, ends = _times(_watched(events, parked), (Event.GRANT, Event.LEAVE, Event.END))
+        taken = {name for rows in parked for name in rows[VEHICLE][rows[REASON] == TAKEN_OUT].astype(str)}
+        for name in taken & ends.keys():  # SUMO tells it a step late
+            ends[name] = ends[name] - layout.step_s
         none = np.zeros(0)
         self._travellers = [
             Traveller(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from loopgate.model import Robot, StateId, System
-from loopgate.results.columns import EVENT, PLACE, REASON, TIME, VEHICLE, Event
+from loopgate.results.columns import EVENT, PLACE, REASON, TAKEN_OUT, TIME, VEHICLE, Event
 
 _NONE: Mapping[str, int] = {}
 
@@ -134,7 +134,7 @@ class _Books:
         return self._findings
 
     def _read(self, events: pd.DataFrame, starved_after_s: float | None) -> None:
-        watched = events[events[EVENT].isin([e.value for e in (*_RULES, Event.RETURN)])]
+        watched = events[events[EVENT].isin([e.value for e in (*_RULES, Event.END, Event.RETURN)])]
         for at_s, vehicle, event, place, reason in zip(
             watched[TIME].to_list(),
             watched[VEHICLE].astype(str).to_list(),
@@ -147,6 +147,8 @@ class _Books:
                 self._progress(at_s, vehicle, starved_after_s)
             if event == Event.RETURN:
                 self.back(at_s, vehicle, StateId(place), reason)
+            elif event == Event.END:
+                self.end(at_s, vehicle, StateId(place), reason)
             else:
                 _RULES[Event(event)](self, at_s, vehicle, StateId(place))
 
@@ -226,7 +228,7 @@ class _Books:
             queue.remove(vehicle)
             queue.insert(queue.index(ahead) + 1 if ahead in queue else 0, vehicle)
 
-    def end(self, at_s: float, vehicle: str, place: StateId) -> None:
+    def end(self, at_s: float, vehicle: str, place: StateId, reason: str) -> None:
         holding = self._holding.pop(vehicle, [])
         self._gone.add(vehicle)
         if holding != [place]:
@@ -238,7 +240,7 @@ class _Books:
             if vehicle in self._queue[held]:
                 self._queue[held].remove(vehicle)
         last = len(self._path.get(vehicle, ())) - 2  # the last place on the road
-        if vehicle in self._open and self._position[vehicle] < last:
+        if vehicle in self._open and self._position[vehicle] < last and reason != TAKEN_OUT:
             text = f"{vehicle}: went off the road in {place}, not at the end of its route"
             self._add(at_s, vehicle, place, "exit", text)
 
@@ -280,6 +282,5 @@ _RULES = {
     Event.COLLISION: _Books.collision,
     Event.TELEPORT: _Books.teleport,
     Event.OVERRUN: _Books.overrun,
-    Event.END: _Books.end,
     Event.PARK: _Books.park,
 }

@@ -52,19 +52,19 @@ def report(
         loaded = read_results(results)
         for text in loaded.notes:
             click.echo(f"loopgate: {text}", err=True)
-        exported = [] if export is None else _export(loaded, export)
         made = write_report(loaded, out or results[0] / "report.html", files=files, report=note)
+    if not as_json:
+        beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
+        click.echo(f"{made.page}{beside}")
     if opened:
         open_page(made.page)
+    exported = [] if export is None else _export(loaded, export)
     if as_json:
         written = {"page": str(made.page), "files": str(made.files) if made.files else None}
         written |= {"export": str(export) if exported else None}
         print_json(written | {"figures": made.figures, "tables": made.tables})
-        return
-    if exported:
+    elif exported:
         click.echo(f"{export}, {len(exported)} files")
-    beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
-    click.echo(f"{made.page}{beside}")
 
 
 def _export(results: Results, folder: Path) -> list[Path]:

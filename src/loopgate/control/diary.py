@@ -35,7 +35,8 @@ class Diary:
     `path`: the same legs as objects of the ledger. `all_laps`: laps so far, from the start on. `edge`: the
     edge that the front is on, or has left last. `due_m`: arc length at which there is something to record
     next [m]. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it stands
-    at the stop line where it is held [s]; infinite if it does not.
+    at the stop line where it is held [s]; infinite if it does not. `longest_stood_s`: the longest time
+    for which it stood, for whatever cause [s].
     """
 
     def __init__(self, vehicle: Vehicle, track: Track, path: Sequence[Leg]) -> None:
@@ -44,6 +45,8 @@ class Diary:
         self.leapt_m = 0.0
         self.halted_s = inf
         self._held_s = 0.0
+        self.longest_stood_s = self._stands_s = 0.0
+        self._stood_at_s = -inf
         self._from_m = vehicle.front_m
         self._follow(track, path)
 
@@ -125,6 +128,14 @@ class Diary:
     def stood_s(self) -> float:
         """How long it has stood, anywhere [s]."""
         return self.vehicle.stood_s
+
+    def stands(self, step_s: float, now_s: float) -> None:
+        """Count a step in which the vehicle stood."""
+        self.vehicle.stood_s += step_s
+        goes_on = now_s - self._stood_at_s < 1.5 * step_s
+        self._stands_s = self._stands_s + step_s if goes_on else step_s
+        self._stood_at_s = now_s
+        self.longest_stood_s = max(self.longest_stood_s, self._stands_s)
 
     @property
     def distance_m(self) -> float:

@@ -29,7 +29,7 @@ from loopgate.control.totals import Totals
 from loopgate.control.used_stops import UsedStops
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
-from loopgate.results.columns import Event
+from loopgate.results.columns import TAKEN_OUT, Event
 from loopgate.traffic.base import Traffic
 
 
@@ -99,6 +99,8 @@ class Driving:
         """Called with the diary of each vehicle that leaves, and the reason."""
         self.on_answer: Callable[[int, float], None] = lambda _decisions, _took_s: None
         """Called after each answer with the number of decisions and the time that they took [s]."""
+        self.taken_out: list[str] = []
+        """The vehicles that SUMO took out before the end of their routes, as calibrators do."""
         self.sumo_s = 0.0
         """Wall time in SUMO's steps [s]."""
         self.changes = 0
@@ -258,7 +260,7 @@ class Driving:
         self.ledger.now_s = now_s
         for name in self._traffic.arrived():
             if name in self.ledger.vehicles:
-                self.leave(name, "arrived")
+                self.leave(name, self._why_gone(name))
         there = len(self.diaries)
         self.arrivals.come(self.welcome)
         fronts_m, driven_m = self.fronts.read(there)
@@ -281,6 +283,15 @@ class Driving:
             self._spacing.look()
         if self._gated:
             self.steering.look_for_strays(self.diaries)
+
+    def _why_gone(self, name: str) -> str:
+        """Return whether a vehicle that SUMO calls arrived was at the end of its route."""
+        diary = self.diary_of[name]
+        last = len(diary.track.legs) - 2  # the last place on the road
+        if not diary.track.legs[-1].away or diary.vehicle.granted >= last:
+            return "arrived"
+        self.taken_out.append(name)
+        return TAKEN_OUT
 
     def answer(self) -> None:
         """Answer requests, and tell SUMO which vehicles to release and to hold."""

@@ -46,7 +46,7 @@ class Totals:
         if now_s >= self.counts_from_s:
             stood_s = self.stood_s
             for diary in diaries:
-                diary.vehicle.stood_s += step_s
+                diary.stands(step_s, now_s)
                 stood_s[diary.edge] = stood_s.get(diary.edge, 0.0) + step_s
 
     def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:
@@ -65,7 +65,7 @@ class Totals:
         The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
         """
         laps = self._laps + sum(diary.all_laps for diary in diaries)
-        told = len(diaries), self._standing / self._steps, self._driven_m, laps - self._told_laps
+        told = len(diaries), self._standing / max(1, self._steps), self._driven_m, laps - self._told_laps
         self._steps = self._standing = 0
         self._driven_m = 0.0
         self._told_laps = laps

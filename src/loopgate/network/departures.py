@@ -130,7 +130,8 @@ def read_flow(element: ET.Element, what: str) -> Flow:
     elif said[0] in _PER_HOUR:
         period_s = _HOUR_S / _figure(text, said[0], what)
     else:
-        period_s = _figure(text, said[0], what)
+        clock_s = time_of(element, said[0], what) if ":" in text else None
+        period_s = _figure(text if clock_s is None else str(clock_s), said[0], what)
     return Flow(flow.begin_s, flow.end_s, flow.number, period_s, rate_per_s, probability)
 
 

@@ -79,6 +79,12 @@ class Projection:
             msg = f"{self.file}: PROJ does not know the projection {shown(self.parameter)}"
             raise NetworkError(msg) from error
 
+    def plane(self, points: Any) -> Floats:  # noqa: ANN401 - as below
+        """Return the network's coordinates [m] of points of longitude and latitude, both of shape (n, 2)."""
+        there = np.asarray(points, dtype=np.float64).reshape(-1, 2)
+        back = self._transformer.transform(there[:, 0], there[:, 1], direction="INVERSE")
+        return np.asarray(np.column_stack(back) + np.asarray(self.offset_m))
+
     def lonlat(self, points: Any) -> Floats:  # noqa: ANN401 - anything that becomes an array of points
         """Return longitude and latitude [degrees] of points [m], both of shape (n, 2)."""
         plane = np.asarray(points, dtype=np.float64).reshape(-1, 2) - np.asarray(self.offset_m)

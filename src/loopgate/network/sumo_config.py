@@ -11,6 +11,7 @@ _NETS = ("net-file", "net", "n")
 _ROUTES = ("route-files", "routes", "r")
 _ADDITIONAL = ("additional-files", "additional", "a")
 _LONG = {
+    "H": "human-readable-time",
     "b": "begin",
     "e": "end",
     "l": "log",

@@ -257,11 +257,13 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
     """Say by series whether deadlocks, collisions or teleports happened."""
     parts = []
     for series, group in runs.groupby(SERIES, sort=True):
+        known = group[c.COLLISIONS].notna().any()
         collisions, teleports = int(group[c.COLLISIONS].sum()), int(group[c.TELEPORTS].sum())
+        mishaps = f"{collisions} collisions, {teleports} teleports" if known else "collisions not known"
         audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != c.NOT_GATED)]
         clean = int((audited[c.AUDIT] == "clean").sum())
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
         starving = int(group[c.STARVING].sum()) if c.STARVING in group else 0
         starved = f", {counted(starving, 'vehicle')} starved" if starving else ""
-        parts.append(f"{_said(str(series))} {collisions} collisions, {teleports} teleports{starved}{audit}")
+        parts.append(f"{_said(str(series))} {mishaps}{starved}{audit}")
     return [f"What must not happen: {'; '.join(parts)}."]

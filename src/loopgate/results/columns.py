@@ -72,6 +72,8 @@ class Event(StrEnum):
     """The vehicle is on lane `place`, which is not on its loop; it is led back."""
 
 
+TAKEN_OUT: Final = "taken out"  # REASON of an `Event.END` before the end of its route, as by a calibrator
+
 # vehicles.parquet: one row per vehicle (VEHICLE, and)
 LOOP: Final = "loop"  # name of its loop
 LOOP_LENGTH: Final = "loop_length_m"  # length of one lap [m]
@@ -82,6 +84,7 @@ HOLD: Final = "hold_s"  # total time standing at gates
 STOOD: Final = (
     "stood_s"  # time slower than 0.1 m/s, under any gate; of an edge also in the junction behind it
 )
+LONGEST_STOOD: Final = "longest_stood_s"  # longest time without moving, for whatever cause
 STOPS: Final = "stops"  # stops made
 STOPPED: Final = "stopped_s"  # time at these
 DEPART_DELAY: Final = "depart_delay_s"  # time from when it wanted to depart until it did

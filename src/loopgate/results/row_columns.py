@@ -62,6 +62,7 @@ MEASURED: Final = _number("measured_s")  # simulated time measured
 HOLD: Final = _number("hold_s")  # standing at gates; missing without a gate
 STOOD: Final = _number("stood_s")  # slower than 0.1 m/s, under any gate
 STOOD_SHARE: Final = _number("stood_share")  # the same as a share of the time that vehicles were there
+LONGEST_STOOD: Final = _number("longest_stood_s")  # of any vehicle in one go, for whatever cause
 LONGEST_WAIT: Final = _number("longest_wait_s")  # missing without a gate
 LONGEST_FOR: Final = {
     cause: _number(f"longest_{cause}_s")

@@ -48,7 +48,7 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         *_watch(summary.get("watch") or {}),
         ("deadlocks", _deadlocks(summary)),
         *_starving(summary.get("starving") or []),
-        ("collisions, teleports", f"{summary['collisions']}, {summary['teleports']}"),
+        ("collisions, teleports", _mishaps(summary)),
         *_strange(summary),
         *(
             [("promise", f"{summary['promise']}, as long as no vehicle stands for good")]
@@ -75,6 +75,13 @@ def _rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     return rows
 
 
+def _mishaps(summary: Mapping[str, Any]) -> str:
+    """Say how many collisions and teleports there were, where that is known."""
+    if summary["collisions"] is None:
+        return "not known"
+    return f"{summary['collisions']}, {summary['teleports']}"
+
+
 def _throughput(summary: Mapping[str, Any]) -> str:
     """Say how much was driven per hour; of a run that stopped at its deadlock over both times."""
     laps = f"{summary['laps_per_h']:.1f} laps/h, " if summary["loops"] else ""
@@ -90,9 +97,10 @@ def _standing(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     if "stood_share" not in summary:
         return []
     until = ", until the deadlock" if summary.get("truncated") else ""
-    return [
-        ("time standing", f"{summary['stood_s']:.0f} s, {summary['stood_share']:.0%} of vehicle time{until}")
-    ]
+    text = f"{summary['stood_s']:.0f} s, {summary['stood_share']:.0%} of vehicle time{until}"
+    if vehicle := summary.get("longest_stood"):
+        text += f"; longest {summary['longest_stood_s']:.0f} s ({vehicle})"
+    return [("time standing", text)]
 
 
 def _longest_wait(wait: Mapping[str, Any] | None) -> list[tuple[str, str]]:

@@ -16,8 +16,8 @@ class Arrived:
     ----------
     at_s
         When it arrived [s].
-    distance_m, hold_s, stood_s, longest_wait_s
-        Its distance [m], hold time, standing time and longest wait for a grant [s].
+    distance_m, hold_s, stood_s, longest_stood_s, longest_wait_s
+        Its distance [m], hold time, standing time, longest time standing and longest wait for a grant [s].
     odometer_m, top_mps
         Its odometer one step before [m], and its top speed [m/s].
     """
@@ -26,6 +26,7 @@ class Arrived:
     distance_m: float
     hold_s: float
     stood_s: float
+    longest_stood_s: float
     longest_wait_s: float
     odometer_m: float
     top_mps: float

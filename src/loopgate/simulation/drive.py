@@ -205,6 +205,11 @@ class Drive:
         return self.driving.totals.stood_s
 
     @property
+    def taken_out(self) -> list[str]:
+        """The vehicles that SUMO took out before the end of their routes."""
+        return self.driving.taken_out
+
+    @property
     def overruns(self) -> int:
         """How often a refused vehicle could not stop at its stop line; should be 0."""
         return self.driving.brakes.overruns

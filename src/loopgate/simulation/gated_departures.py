@@ -95,6 +95,7 @@ class GatedDepartures(Departures):
             diary.distance_m,
             diary.total_hold_s(now_s),
             diary.stood_s,
+            diary.longest_stood_s,
             diary.worst_wait_s(now_s),
             self._driving.fronts.odometer(vehicle.row),
             vehicle.make.top,

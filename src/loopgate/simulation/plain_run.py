@@ -1,7 +1,7 @@
 """Runs a SUMO configuration unchanged, and looks for deadlocks."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from math import nan
 from time import perf_counter
@@ -28,7 +28,7 @@ from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
 from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
-from loopgate.simulation.watching.flow import Row, flow_table
+from loopgate.simulation.watching.flow import Row, flow_table, with_last_parts
 from loopgate.simulation.watching.mileage import Mileage
 from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.traffic.base import Traffic
@@ -52,20 +52,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     folder, tick, backend
         As for `loopgate.simulation.run.simulate`.
     """
-    given = scenario.to_dict()
-    for key in _OF_LOOPS:
-        if given[key] != dataclasses.asdict(Scenario(network=scenario.network))[key]:
-            msg = (
-                f"{scenario.network}: {key} {given[key]} is for vehicles on loops, and no vehicle of "
-                "the configuration is on a loop; give loops (--routes, --loops), or leave it out"
-            )
-            raise ScenarioError(msg)
-    if scenario.drivers == "machine" and not scenario.routes:
-        msg = (
-            f"{scenario.network}: drivers machine: SUMO reads the vehicles of a configuration itself; "
-            "give its network and its route file (--routes)"
-        )
-        raise ScenarioError(msg)
+    _refuse_keys_of_loops(scenario)
     began = perf_counter()
     said = sumo_options(scenario)
     with writing(folder / run_folder.SCENARIO):
@@ -100,14 +87,17 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
             course.outcome = "interrupted"
         course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
-    folder.write_table(flow_table(rows), run_folder.FLOW)
     everybody = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
     found = [trip for trip in everybody if own is None or trip.vehicle in own]
     tallies = [_tally(trip, standing, mileage) for trip in found]
+    _write_flow(rows, mileage, found, folder)
     folder.write_vehicles(tallies)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
     end_s = begins + scenario.warmup_s + scenario.duration_s
-    notes = (*said.notes, *(ordinary.absent(begins, end_s) if ordinary else ()))
+    absent = ordinary.absent(begins, end_s) if ordinary else ()
+    notes = [*said.notes, *said.taken_over_by(options), *absent]
+    if course.outcome != "interrupted":
+        notes += _untold(mileage, everybody)
     summary = run_folder.summary(scenario, course, tallies, loops=0, folder=folder, warnings=notes)
     summary |= monitoring_figures(None, None) | {BEGINS: round(begins, 3)}
     if own is not None:
@@ -115,6 +105,23 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         summary["others"] = {"vehicles": others, "collisions": course.collisions_of_others}
     folder.write_summary(summary)
     return summary
+
+
+def _refuse_keys_of_loops(scenario: Scenario) -> None:
+    given = scenario.to_dict()
+    for key in _OF_LOOPS:
+        if given[key] != dataclasses.asdict(Scenario(network=scenario.network))[key]:
+            msg = (
+                f"{scenario.network}: {key} {given[key]} is for vehicles on loops, and no vehicle of "
+                "the configuration is on a loop; give loops (--routes, --loops), or leave it out"
+            )
+            raise ScenarioError(msg)
+    if scenario.drivers == "machine" and not scenario.routes:
+        msg = (
+            f"{scenario.network}: drivers machine: SUMO reads the vehicles of a configuration itself; "
+            "give its network and its route file (--routes)"
+        )
+        raise ScenarioError(msg)
 
 
 def _check_flows(scenario: Scenario, ordinary: TrafficFile | None) -> None:
@@ -209,6 +216,23 @@ def _drive(
             next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
 
 
+def _write_flow(rows: list[Row], mileage: Mileage, trips: Sequence[Trip], folder: Folder) -> None:
+    """Write the flow table, also of the time since its last row."""
+    if not rows or rows[-1][0] < mileage.now_s:
+        rows.append(mileage.flow())
+    parts = (mileage.last_part(trip) for trip in trips)
+    folder.write_table(flow_table(with_last_parts(rows, parts)), run_folder.FLOW)
+
+
+def _untold(mileage: Mileage, trips: Iterable[Trip]) -> Iterator[str]:
+    """Yield a warning if SUMO says nothing of the trips of some vehicles."""
+    if without := mileage.seen - {trip.vehicle for trip in trips}:
+        yield (
+            f"{min(without)}: SUMO says nothing of its trip, since its has.tripinfo.device is off; "
+            f"{len(without)} such vehicles are in no figure"
+        )
+
+
 def _tally(trip: Trip, standing: Mapping[str, tuple[float, tuple[float, float]]], mileage: Mileage) -> Tally:
     standing_s, position_m = standing.get(trip.vehicle, _GONE)
     driven = mileage.of(trip)
@@ -223,6 +247,7 @@ def _tally(trip: Trip, standing: Mapping[str, tuple[float, tuple[float, float]]]
         standing_s=standing_s,
         position_m=position_m,
         stood_s=driven.stood_s,
+        longest_stood_s=driven.longest_s,
         driven_s=driven.time_s,
         depart_delay_s=trip.depart_delay_s,
         stops=mileage.stops[trip.vehicle],

@@ -27,6 +27,14 @@ def record_positions(file: Path) -> list[str]:
         "--fcd-output.skip-empty",
         # The first row sets the columns of the table, and persons have other columns.
         *("--person-device.fcd.probability", "0"),
+        # A configuration of the user may have these otherwise, for outputs of its own.
+        *("--fcd-output.geo", "false"),
+        *("--fcd-output.utm", "false"),
+        *("--device.fcd.probability", "1"),
+        *("--device.fcd.begin", "-1"),
+        *("--device.fcd.period", "0"),
+        *("--output.column-header", "auto"),
+        *("--output.column-separator", ";"),
     ]
 
 

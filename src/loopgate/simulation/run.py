@@ -160,6 +160,7 @@ def _run(
             course.starving = list(hunger.sinks.values())
             course.outcome = "starving" if course.outcome == "done" else course.outcome
         drive.settle()
+        flow.look()
         tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
         if turns := session.turns:
             layout = read_layout(folder / run_folder.LAYOUT)
@@ -277,7 +278,7 @@ def open_session(
             ways = {start.loop.id: start.loop for start in assembly.everybody}
             guard.append(Window(traffic, session.drive, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
-        notes = (*said.notes, *absent, *session.notes)
+        notes = (*said.notes, *said.taken_over_by(options), *absent, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)
 
 

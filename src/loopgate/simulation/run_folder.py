@@ -25,6 +25,7 @@ from loopgate.results.columns import (
     HOLD,
     JUNCTION,
     LAPS,
+    LONGEST_STOOD,
     LONGEST_WAIT,
     LOOP,
     LOOP_LENGTH,
@@ -86,6 +87,7 @@ class Tally:
     standing_s: float
     position_m: tuple[float, float] = (nan, nan)
     stood_s: float = 0.0
+    longest_stood_s: float = 0.0
     driven_s: float = 0.0
     depart_delay_s: float = 0.0
     stops: int = 0
@@ -165,6 +167,7 @@ class Folder:
                 X: tally.position_m[0],
                 Y: tally.position_m[1],
                 STOOD: tally.stood_s,
+                LONGEST_STOOD: tally.longest_stood_s,
                 STOPS: tally.stops,
                 STOPPED: tally.stopped_s,
                 DEPART_DELAY: tally.depart_delay_s,
@@ -172,7 +175,7 @@ class Folder:
             }
             for tally in tallies
         ]
-        columns = [*VEHICLE_COLUMNS, STOOD, STOPS, STOPPED, DEPART_DELAY]
+        columns = [*VEHICLE_COLUMNS, STOOD, LONGEST_STOOD, STOPS, STOPPED, DEPART_DELAY]
         columns += _trip_row(None) if any(tally.trip for tally in tallies) else []
         with writing(self / VEHICLES):
             frame = pd.DataFrame(rows, columns=columns)
@@ -324,10 +327,18 @@ def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, A
         "hold_s": round(sum(t.hold_s for t in tallies), 3),
         "stood_s": round(sum(t.stood_s for t in tallies), 3),
         "stood_share": round(sum(t.stood_s for t in tallies) / vehicle_s, 6) if vehicle_s > 0 else 0.0,
+        **_longest_stood(tallies),
         "longest_wait_s": round(max((t.longest_wait_s for t in tallies), default=0.0), 3),
         "vehicles_without_a_lap": sum(1 for t in tallies if t.laps == 0 and t.trip is None),
         **trip_figures(t.trip for t in tallies if t.trip is not None),
     }
+
+
+def _longest_stood(tallies: Sequence[Tally]) -> dict[str, Any]:
+    longest = max(tallies, key=lambda tally: tally.longest_stood_s, default=None)
+    if longest is None or longest.longest_stood_s <= 0.0:
+        return {"longest_stood_s": 0.0, "longest_stood": None}
+    return {"longest_stood_s": round(longest.longest_stood_s, 3), "longest_stood": longest.vehicle}
 
 
 def _truncated(

@@ -1,19 +1,21 @@
 """A simulation under way: its parts, and its results at the end."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
 
+from loopgate.disk import writing
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
+from loopgate.reading import counted
 from loopgate.results.columns import BEGINS, Event
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.checking import audit_run
 from loopgate.simulation.containment import Containment
-from loopgate.simulation.departures import Departures
+from loopgate.simulation.departures import Arrived, Departures
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.figures import Reports, StopFigures
 from loopgate.simulation.loop_run import RunCourse
@@ -24,8 +26,14 @@ from loopgate.simulation.run_warnings import is_clean, warnings_of
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
-from loopgate.simulation.watching.flow import Row, flow_table, loop_table
-from loopgate.simulation.watching.trips import Trip, gated_trips, read_trips, trip_figures
+from loopgate.simulation.watching.flow import Row, flow_table, loop_table, with_last_parts
+from loopgate.simulation.watching.trips import (
+    Trip,
+    gated_trips,
+    read_trips,
+    trip_figures,
+    write_depart_delays,
+)
 from loopgate.simulation.watching.unwatched import note_unwatched
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
@@ -33,6 +41,9 @@ from loopgate.traffic.base import Traffic
 _ON_SEGMENTS = (
     "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"
 )
+
+_COUNTED = "distance_m", "hold_s", "stood_s", "longest_stood_s", "longest_wait_s"
+"""Figures of a vehicle that has arrived; 0 if it arrived before the measured time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +107,8 @@ class Session:
             stops = self.stops.of(vehicle)
             gone = departures.arrived.get(vehicle)
             if gone is not None and gone.at_s <= course.begin_s:
-                gone = replace(gone, distance_m=0.0, hold_s=0.0, stood_s=0.0, longest_wait_s=0.0)
+                none = dict.fromkeys(_COUNTED, 0.0)
+                gone = replace(gone, **none)
             seen_s = (now if gone is None else gone.at_s) - came_s
             tally = Tally(
                 vehicle=vehicle,
@@ -109,6 +121,7 @@ class Session:
                 standing_s=detector.standing_s(vehicle),
                 position_m=self.traffic.position(vehicle) if vehicle in on_road else (nan, nan),
                 stood_s=driver.stood_s if driver else gone.stood_s if gone else 0.0,
+                longest_stood_s=driver.longest_stood_s if driver else gone.longest_stood_s if gone else 0.0,
                 driven_s=max(0.0, seen_s),
                 depart_delay_s=departures.delay_s(vehicle, now),
                 stops=stops.served,
@@ -153,7 +166,7 @@ def sum_up(
     if assembly.trips:
         tallies = _with_trips(assembly, session, tallies, folder, course)
         told.pop("mean_depart_delay_s", None)  # trips have it among their other delays
-    folder.write_table(flow_table(flow), run_folder.FLOW)
+    folder.write_table(flow_table(with_last_parts(flow, _last_parts(session, tallies))), run_folder.FLOW)
     ways = {loop.id: [(span.begin_m, span.edge) for span in loop.roads] for loop in assembly.loops}
     folder.write_table(loop_table(ways), run_folder.LOOPS)
     summary = _summary(scenario, assembly, session, course, tallies, folder)
@@ -163,6 +176,11 @@ def sum_up(
     if "at_lights" in told and scenario.abstraction == "segments":
         of_lights = [_ON_SEGMENTS]
     summary["warnings"] = [*session.notes, *summary["warnings"], *warnings_of(summary | told), *of_lights]
+    if taken := session.drive.taken_out:
+        summary["warnings"].append(
+            f"{taken[0]}: SUMO took it out before the end of its route, as calibrators do "
+            f"({counted(len(taken), 'vehicle')} in all); they count as unfinished"
+        )
     if leaps := session.drive.leaps:
         vehicle, at_s, by_m = leaps[0]
         summary["warnings"].append(
@@ -192,9 +210,14 @@ def _with_trips(
 ) -> list[Tally]:
     """Return the rows of the vehicles, with SUMO's figures of trips."""
     mine, departures = [tally for tally in tallies if tally.vehicle in assembly.trips], session.departures
+    delays_s = {tally.vehicle: tally.depart_delay_s for tally in mine}
+    driven = read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted")
+    if driven:
+        with writing(folder / TRIPS):
+            write_depart_delays(folder / TRIPS, delays_s)
     trips = gated_trips(
-        read_trips(folder / TRIPS, held=True, interrupted=course.outcome == "interrupted"),
-        {tally.vehicle: tally.depart_delay_s for tally in mine},
+        driven,
+        delays_s,
         {tally.vehicle: tally.stopped_s for tally in mine},
         departures.arrived,
         departures.wanted_s.keys() - departures.departed_s.keys(),
@@ -207,8 +230,19 @@ def _with_trip(tally: Tally, trip: Trip | None, session: Session, course: RunCou
     gone = session.departures.arrived.get(tally.vehicle)
     if trip is None or gone is None or gone.at_s <= course.begin_s:
         return replace(tally, trip=trip)
-    last_m = trip.last_part_m(gone.odometer_m, gone.top_mps * session.traffic.step_s)
-    return replace(tally, trip=trip, distance_m=tally.distance_m + last_m)
+    return replace(tally, trip=trip, distance_m=tally.distance_m + _last_part_m(gone, trip, session))
+
+
+def _last_part_m(gone: Arrived, trip: Trip, session: Session) -> float:
+    return trip.last_part_m(gone.odometer_m, gone.top_mps * session.traffic.step_s)
+
+
+def _last_parts(session: Session, tallies: Sequence[Tally]) -> Iterator[tuple[float, float]]:
+    """Yield when each trip arrived [s], and its distance in the last step [m]."""
+    for tally in tallies:
+        gone = session.departures.arrived.get(tally.vehicle)
+        if gone is not None and tally.trip is not None:
+            yield gone.at_s, _last_part_m(gone, tally.trip, session)
 
 
 def _summary(

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,13 +14,15 @@ from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.simulation.settings import check_options, is_on
-from loopgate.simulation.sumo_words import NEVER, REPLACED, own_words
+from loopgate.simulation.sumo_words import NEVER, OWN_OUTPUT, REPLACED, own_words
 
 if TYPE_CHECKING:
     from loopgate.simulation.scenario import Scenario
 
 _KEYS = {"seed": "seed", "step-length": "step_s"}
 """Options that are keys of a scenario."""
+
+_OUTPUTS = "fcd-output", "tripinfo-output", "edgedata-output", "output.", "device.fcd."
 
 _QUIET = frozenset(
     {
@@ -60,6 +62,17 @@ class SumoOptions:
     notes: tuple[str, ...] = ()
     begin_s: float = 0.0
     configured: bool = False
+    source: str = ""
+    outputs: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """The file of the configuration, and its options of outputs by name."""
+
+    def taken_over_by(self, options: Sequence[str]) -> list[str]:
+        """Return warnings for outputs of the configuration that options of the run replace."""
+        return [
+            f"{self.source}: {name} {value} is not taken over: the run folder has this output in its own form"
+            for name, value in self.outputs.items()
+            if f"--{name}" in options and name not in REPLACED
+        ]
 
 
 def sumo_options(scenario: Scenario) -> SumoOptions:
@@ -89,6 +102,8 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         (*_notes(config, scenario), *beside),
         begin_s=begins_s(scenario),
         configured=True,
+        source=str(config.file),
+        outputs={name: value for name, value in config.options.items() if name.startswith(_OUTPUTS)},
     )
 
 
@@ -134,7 +149,8 @@ def _without_vehicles(config: SumoConfig) -> None:
 
 def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
     for name, why in REPLACED.items():
-        if name in config.options and name not in _QUIET:
+        said = config.options.get(name, OWN_OUTPUT.get(name))
+        if said != OWN_OUTPUT.get(name) and name not in _QUIET:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():
         said = config.options.get(name)

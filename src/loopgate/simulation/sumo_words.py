@@ -5,7 +5,20 @@ from collections.abc import Iterator
 
 from loopgate.errors import ScenarioError
 
+OWN_OUTPUT = {
+    "output-prefix": "",
+    "output-suffix": "",
+    "output.format": "xml",
+    "human-readable-time": "false",
+    "device.tripinfo.probability": "1",
+}
+"""Options of SUMO's output, with the values by which loopgate can read what SUMO writes for it."""
+
+_READS = "loopgate reads what SUMO writes"
+
 REPLACED = {
+    **dict.fromkeys(OWN_OUTPUT, _READS),
+    "device.tripinfo.probability": "figures are of all vehicles",
     "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
     "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",
     "time-to-teleport.disconnected": "a gridlock would be hidden; see --on-deadlock",

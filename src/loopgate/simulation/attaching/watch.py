@@ -60,7 +60,7 @@ class Watch:
         self._next_look_s = traffic.now_s + _LOOK_EVERY_S
         self._colliding = Collisions()
         self._collisions = self._collisions_with_others = self._left = 0
-        self._done = {"laps": 0.0, "distance_m": 0.0, "hold_s": 0.0, "longest_wait_s": 0.0}
+        self._done = dict.fromkeys(("laps", "distance_m", "hold_s", "longest_stood_s", "longest_wait_s"), 0.0)
         """The figures of the vehicles that have left."""
 
     def note_collisions(self) -> None:
@@ -98,6 +98,7 @@ class Watch:
         figures["laps"] += diary.laps
         figures["distance_m"] += diary.distance_m
         figures["hold_s"] += diary.total_hold_s(now)
+        figures["longest_stood_s"] = max(figures["longest_stood_s"], diary.longest_stood_s)
         figures["longest_wait_s"] = max(figures["longest_wait_s"], diary.worst_wait_s(now))
 
     def figures(self) -> dict[str, Any]:
@@ -113,6 +114,7 @@ class Watch:
             "laps": int(figures["laps"]),
             "distance_km": round(figures["distance_m"] / 1000.0, 6),
             "hold_s": round(figures["hold_s"], 3),
+            "longest_stood_s": round(figures["longest_stood_s"], 3),
             "longest_wait_s": round(figures["longest_wait_s"], 3),
             "collisions": self._collisions,
             "collisions_with_others": self._collisions_with_others,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import cos, radians, sin
+from itertools import pairwise
+from math import cos, nan, radians, sin
 
 import numpy as np
 from shapely import LineString, Point
@@ -19,6 +20,9 @@ from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's default car [m]: FCD output has neither."""
+
+_GAINS_MPS2 = 5.0
+"""A vehicle that came farther than with this acceleration was moved by SUMO [m/s2]."""
 
 _MOST_SKIPPED = 3
 """A vehicle may pass at most this many short edges between two frames."""
@@ -43,8 +47,8 @@ class Course:
         When it was first and last seen [s].
     driven_m, stood_s
         How far it drove [m], and how long it was slower than 0.1 m/s [s].
-    since_s
-        Since when it stands [s].
+    since_s, longest_s
+        Since when it stands, and how long at most it has stood at once [s].
     edge
         The edge that it is on, or came from if it is inside a junction.
     after
@@ -56,6 +60,7 @@ class Course:
     driven_m: float = 0.0
     stood_s: float = 0.0
     since_s: float = 0.0
+    longest_s: float = 0.0
     edge: str = ""
     after: dict[str, str] = field(default_factory=dict)
 
@@ -81,6 +86,7 @@ class Film:
         self._seen: dict[str, Seen] = {}
         self._on: dict[str, list[Seen]] | None = None
         self._ways: dict[tuple[str, str], list[str]] = {}
+        self._gaps_m: dict[tuple[str, str], float] = {}
         self._by_lane: dict[str, list[Connection]] = defaultdict(list)
         self._over: dict[str, list[Connection]] = defaultdict(list)
         self._lanes_at: dict[str, set[str]] = defaultdict(set)
@@ -98,16 +104,18 @@ class Film:
         """
         first = not self.courses
         self.now_s = time_s + self.step_s
-        self._seen = {one.vehicle: one for one in vehicles}
+        before, self._seen = self._seen, {one.vehicle: one for one in vehicles}
+        for vehicle in before.keys() - self._seen.keys():
+            self.courses[vehicle].driven_m += self._went_m(before[vehicle])
         self._on = None
         entered = []
         for vehicle, one in self._seen.items():
             course = self.courses.get(vehicle)
             if course is None:
-                course = self.courses[vehicle] = Course(time_s, self.now_s)
+                course = self.courses[vehicle] = Course(time_s, self.now_s, since_s=time_s)
             course.last_s = self.now_s
-            metres = one.speed_mps * self.step_s
-            course.driven_m += metres
+            if not first:
+                course.driven_m += self._came_m(before.get(vehicle), one)
             edge = one.lane.rpartition("_")[0]
             inside = edge.startswith(":")
             if edge != course.edge and not inside:
@@ -120,9 +128,56 @@ class Film:
             if one.speed_mps < STANDING_MPS:
                 course.stood_s += self.step_s
                 self.stood_on[course.edge] += self.step_s
+                course.longest_s = max(course.longest_s, self.now_s - course.since_s)
             else:
                 course.since_s = self.now_s
         return entered
+
+    def _came_m(self, before: Seen | None, one: Seen) -> float:
+        """Return how far a vehicle came since the last frame [m]."""
+        if before is None:  # it departed in between, by SUMO's default with its rear where its lane begins
+            return min(max(0.0, one.pos_m - _LENGTH_M), self._could_m(one))
+        if before.lane == one.lane and one.pos_m >= before.pos_m:
+            return one.pos_m - before.pos_m
+        here, there = self._along(before), self._along(one)
+        came_m = there[1] - here[1]
+        if here[0] != there[0]:
+            came_m += self._gap_m(here[0], there[0])
+        fastest_mps = max(one.speed_mps, before.speed_mps) + _GAINS_MPS2 * self.step_s
+        if 0.0 <= came_m <= fastest_mps * self.step_s:
+            return came_m
+        return (one.speed_mps + before.speed_mps) / 2.0 * self.step_s  # SUMO moved it, or it changed lanes
+
+    def _went_m(self, last: Seen) -> float:
+        """Return how far a vehicle came after its last frame: by default to the end of its lane [m]."""
+        lane = self._network.lanes.get(last.lane)
+        rest_m = 0.0 if lane is None or lane.internal else lane.length_m - last.pos_m
+        return max(0.0, min(rest_m, self._could_m(last)))
+
+    def _could_m(self, one: Seen) -> float:
+        """Return how far a vehicle can come between two frames [m]."""
+        lane = self._network.lanes.get(one.lane)
+        return self.step_s * max(one.speed_mps, 0.0 if lane is None else lane.speed_mps)
+
+    def _along(self, one: Seen) -> tuple[str, float]:
+        """Return an edge, and how far the vehicle is from its begin [m]; beyond its end inside a junction."""
+        edge, pos_m, lanes = one.lane.rpartition("_")[0], one.pos_m, self._network.lanes
+        if edge.startswith(":") and (over := self._over.get(one.lane)):
+            before = over[0].via[: over[0].via.index(one.lane)]
+            return over[0].from_edge, pos_m + sum(lanes[name].length_m for name in (over[0].from_id, *before))
+        return edge, pos_m
+
+    def _gap_m(self, before: str, after: str) -> float:
+        """Return how far it is from the begin of an edge to the begin of a later edge [m]; NaN if unknown."""
+        if (before, after) not in self._gaps_m:
+            network, metres = self._network, 0.0
+            for edge, following in pairwise((before, *self._passed(before, after))):
+                over = network.outgoing(edge) if edge in network.edges else ()
+                way = next((way for way in over if way.to_edge == following), None)
+                lanes = (way.from_id, *way.via) if way else ()
+                metres += sum(network.lanes[lane].length_m for lane in lanes) if way else nan
+            self._gaps_m[before, after] = metres
+        return self._gaps_m[before, after]
 
     def _passed(self, before: str, after: str) -> list[str]:
         """Return the edges entered between two frames: short edges that no frame shows, then the new edge."""

@@ -11,11 +11,14 @@ from pathlib import Path
 from time import perf_counter
 from typing import IO, Any
 
+from shapely import LineString, Point
+
 from loopgate.analysis.watching import compute_watch
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.disk import writing
-from loopgate.errors import ResultsError
+from loopgate.errors import NetworkError, ResultsError
 from loopgate.network import RoadNetwork
+from loopgate.network.projection import Projection
 from loopgate.results.columns import (
     BEGINS,
     EDGE,
@@ -37,11 +40,14 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.flow import Row, flow_table
 
 _UNKNOWN = (
-    "FCD output holds neither collisions, teleports, lights nor stops: collisions and teleports count as 0, "
-    "and vehicles are taken to be 5 m long"
+    "FCD output holds neither collisions, teleports, lights, stops nor lengths: vehicles are taken to be 5 m "
+    "long, to depart with the rear at the begin of a lane, and to arrive at the end of one"
 )
 _LONGEST_STEP_S = 10.0
-_OUTSIDE_M = 1000.0
+_OUTSIDE_M = 50.0
+"""A vehicle is not farther from the middle of its lane than this, not even on a parking lot [m]."""
+
+_HALF_TURN_DEG = 180.0
 
 
 def write_fcd_run(
@@ -152,34 +158,61 @@ def _play(
 
 
 def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: float) -> Iterator[Frame]:
-    """Yield the frames; refuse missing frames, another network, and a file without vehicles."""
-    last_s, empty = inf, True
+    """Yield the frames with coordinates in metres.
+
+    Refuses missing frames, another network, and a file without vehicles.
+    """
+    last_s, known, globe = inf, set[str](), None
     for time_s, vehicles in frames:
         if abs(time_s - last_s - step_s) > step_s / 2.0 and last_s < inf:
             msg = f"{file}: after the frame at {last_s:g} s comes {time_s:g} s; expected every {step_s:g} s"
             raise ResultsError(msg)
         last_s = time_s
-        if vehicles and empty:
-            _check_place(vehicles, file, roads)
-            empty = False
-        yield time_s, vehicles
-    if empty:
+        if vehicles and not known:
+            globe = _globe(vehicles[0], file, roads)
+        seen = vehicles if globe is None else _in_metres(vehicles, globe)
+        for one in seen:
+            if one.vehicle not in known:
+                known.add(one.vehicle)
+                _check_place(one, file, roads)
+        yield time_s, seen
+    if not known:
         msg = f"{file}: there is no vehicle in it"
         raise ResultsError(msg)
 
 
-def _check_place(vehicles: Sequence[Seen], file: Path, roads: RoadNetwork) -> None:
-    """Refuse output of another network, and degrees of longitude in place of metres."""
-    one = vehicles[0]
+def _globe(one: Seen, file: Path, roads: RoadNetwork) -> Projection | None:
+    """Return the network's projection if positions are longitude and latitude; None if they are metres."""
+    if abs(one.x_m) > _HALF_TURN_DEG or abs(one.y_m) > _HALF_TURN_DEG / 2.0:
+        return None
+    try:
+        globe = Projection.of(roads)
+        (there,) = _in_metres([one], globe)
+    except NetworkError:
+        return None
+    return globe if _off_lane_m(there, file, roads) < _off_lane_m(one, file, roads) else None
+
+
+def _in_metres(vehicles: Sequence[Seen], globe: Projection) -> list[Seen]:
+    points = globe.plane([(one.x_m, one.y_m) for one in vehicles]).tolist()
+    return [one._replace(x_m=x, y_m=y) for one, (x, y) in zip(vehicles, points, strict=True)]
+
+
+def _off_lane_m(one: Seen, file: Path, roads: RoadNetwork) -> float:
+    """Return how far a vehicle is from its lane [m]; refuse a lane that the network does not have."""
     lane = roads.lanes.get(one.lane)
     if lane is None:
         msg = f"{file}: vehicle {one.vehicle} is on lane {one.lane}, which {roads.file.name} does not have"
         raise ResultsError(msg)
-    x, y = lane.shape[0]
-    if max(abs(x - one.x_m), abs(y - one.y_m)) > lane.length_m + _OUTSIDE_M:
+    return LineString(lane.shape).distance(Point(one.x_m, one.y_m))
+
+
+def _check_place(one: Seen, file: Path, roads: RoadNetwork) -> None:
+    """Refuse output of another network, and coordinates that are none of the network's."""
+    if not _off_lane_m(one, file, roads) <= _OUTSIDE_M:
         msg = (
             f"{file}: vehicle {one.vehicle} is at {one.x_m:g}, {one.y_m:g}, far from its lane {one.lane}; "
-            "write the FCD output without --fcd-output.geo"
+            "write the FCD output without --fcd-output.geo and --fcd-output.utm"
         )
         raise ResultsError(msg)
 
@@ -209,6 +242,7 @@ def _write_tables(
     watched = watched[list(STREET_COLUMNS)]
     folder.write_table(watched, STREETS)
     figures = run_folder.summary(scenario, course, tallies, loops=0, folder=folder, warnings=(_UNKNOWN,))
+    figures |= dict.fromkeys(("collisions", "teleports"))  # not known
     figures |= monitoring_figures(edges, None) | {BEGINS: round(course.begin_s, 3)}
     return figures | {"watch": watch_figures(watched, bound_s=inf)}
 
@@ -226,5 +260,6 @@ def _tally(vehicle: str, film: Film) -> Tally:
         standing_s=film.now_s - course.since_s if film.position(vehicle) else 0.0,
         position_m=film.position(vehicle) or (nan, nan),
         stood_s=course.stood_s,
+        longest_stood_s=course.longest_s,
         driven_s=course.last_s - course.first_s,
     )

@@ -1,17 +1,19 @@
 """Reads SUMO's FCD output (floating car data) frame by frame: all vehicles at one time."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import ResultsError
+from loopgate.network.clock import seconds
 from loopgate.network.xml_file import check_root, open_xml
 from loopgate.reading import refusing
 
 _WHAT = "FCD output"
 _MISSING = "{file}: an element has no {name}; SUMO writes it unless --fcd-output.attributes leaves it out"
 _LARGEST = 1e10
+_TABLES = (".csv", ".csv.gz", ".parquet")
 
 
 class Seen(NamedTuple):
@@ -45,6 +47,9 @@ def read_frames(file: Path) -> Iterator[Frame]:
     file
         XML, compressed if its name ends in ``.gz``.
     """
+    if file.name.endswith(_TABLES):
+        msg = f"{file}: only FCD output as XML is read; let SUMO write it as --fcd-output fcd.xml.gz"
+        raise ResultsError(msg)
     check_root(file, root="fcd-export", what=_WHAT, error=ResultsError)
     with refusing(file, _WHAT, ResultsError, wrong="cut short or damaged"), open_xml(file) as stream:
         elements = ET.iterparse(stream, events=("start", "end"))  # noqa: S314  expat bounds entities
@@ -57,7 +62,7 @@ def read_frames(file: Path) -> Iterator[Frame]:
             if element.tag == "vehicle":
                 vehicles.append(_seen(element.attrib, file))
             elif element.tag == "timestep":
-                time_s = _number(element.attrib, "time", file)
+                time_s = _number(element.attrib, "time", file, as_number=seconds)
                 if time_s <= last_s:
                     msg = f"{file}: a frame at {time_s:g} s comes after one at {last_s:g} s"
                     raise ResultsError(msg)
@@ -76,12 +81,14 @@ def _seen(attributes: dict[str, str], file: Path) -> Seen:
     return Seen(attributes["id"], attributes.get("type", ""), attributes["lane"], *numbers)
 
 
-def _number(attributes: dict[str, str], name: str, file: Path) -> float:
+def _number(
+    attributes: dict[str, str], name: str, file: Path, *, as_number: Callable[[str], float] = float
+) -> float:
     text = attributes.get(name)
     if text is None:
         msg = _MISSING.format(file=file, name=name)
         raise ResultsError(msg)
-    value = float(text)
+    value = as_number(text)
     if not abs(value) <= _LARGEST:
         msg = f"{file}: {name} is {text}; expected a number up to {_LARGEST:g}"
         raise ResultsError(msg)

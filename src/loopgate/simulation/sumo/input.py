@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -57,8 +57,7 @@ def write_sumo_input(
             colour = start.kind.partition(f"@{start.loop.id if start.loop.closed else ''}@")[2]
             more = {"color": colour} if colour else {}
             kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
-            for name, value in start.type.parameters.items():
-                ET.SubElement(kind, "param", key=name, value=value)
+            _tell(kind, start.type.parameters)
     for loop in (loop for loop in loops.values() if loop.closed):
         for route, edges in round_routes(loop).items():
             ET.SubElement(top, "route", id=route, edges=" ".join(edges))
@@ -108,8 +107,7 @@ def _add_vehicle(top: ET.Element, start: VehicleStart, begin_s: float) -> None:
         attrib=dict(start.demand.attributes),
     )
     ET.SubElement(vehicle, "route", edges=" ".join(start.edges))
-    for name, value in start.demand.parameters.items():
-        ET.SubElement(vehicle, "param", key=name, value=value)
+    _tell(vehicle, start.demand.parameters)
 
 
 def write_ordinary(
@@ -129,8 +127,7 @@ def write_ordinary(
     there = {*known, *(kind.get("id", "") for kind in top.iter("vType"))}
     for kind in {v.type.id: v.type for v in vehicles if v.type.id not in there}.values():
         element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
-        for name, value in kind.parameters.items():
-            ET.SubElement(element, "param", key=name, value=value)
+        _tell(element, kind.parameters)
     everybody: list[VehicleDemand | Ungated] = [*vehicles, *ungated.vehicles]
     for v in sorted(everybody, key=lambda v: v.depart_s):
         if isinstance(v, Ungated):
@@ -147,8 +144,7 @@ def write_ordinary(
         ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
         for stop in v.stops:
             ET.SubElement(element, "stop", _as_said(stop))
-        for name, value in v.parameters.items():
-            ET.SubElement(element, "param", key=name, value=value)
+        _tell(element, v.parameters)
     write_xml(top, file)
 
 
@@ -165,3 +161,10 @@ def _as_said(stop: Stop) -> dict[str, str]:
         said[stop.kind] = stop.name
     triggers = {"person": "triggered", "container": "containerTriggered"}
     return {**said, **{triggers[one]: "true" for one in stop.triggers}, **dict(stop.told)}
+
+
+def _tell(element: ET.Element, parameters: Mapping[str, str]) -> None:
+    """Write the parameters of a vehicle or type, but not whether SUMO tells of its trip: it tells of all."""
+    for name, value in parameters.items():
+        if name != "has.tripinfo.device":
+            ET.SubElement(element, "param", key=name, value=value)

@@ -8,6 +8,7 @@ from typing import Any
 
 from loopgate.errors import ScenarioError, SecondSimulationError, TrafficError
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_words import OWN_OUTPUT
 from loopgate.traffic.sumo import SumoTraffic
 
 
@@ -59,13 +60,15 @@ _OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": TRIPS, "edgedata": "edgedata.xml"}
 def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> list[str]:
     """Return the options with which SUMO writes the outputs of a scenario into the run folder.
 
-    With `trips`, SUMO writes ``tripinfo.xml`` in any case.
+    With `trips`, SUMO writes ``tripinfo.xml`` in any case. Names and formats of these files, and the vehicles
+    in them, do not follow a configuration of the user (`OWN_OUTPUT`).
     """
     asked = [name for name in _OUTPUTS if getattr(scenario, name) or (trips and name == "tripinfo")]
     options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
     if "tripinfo" in asked:
         options.append("--tripinfo-output.write-unfinished")
-    return [*options, "--tripinfo-output.write-undeparted"] if trips else options
+    options += ["--tripinfo-output.write-undeparted"] if trips else []
+    return [*options, *(part for name, value in OWN_OUTPUT.items() for part in (f"--{name}", value))]
 
 
 def check_outputs(scenario: Scenario) -> None:

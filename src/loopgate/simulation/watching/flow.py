@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping, Sequence
 
 import pandas as pd
 
@@ -10,7 +11,7 @@ from loopgate.results.columns import FLOW_COLUMNS, LOOP_COLUMNS
 from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Traffic
 
-__all__ = ["FlowMeter", "Row", "flow_table", "loop_table"]
+__all__ = ["FlowMeter", "Row", "flow_table", "loop_table", "with_last_parts"]
 
 Row = tuple[float, int, float, float, int]
 
@@ -18,6 +19,19 @@ Row = tuple[float, int, float, float, int]
 def flow_table(rows: list[Row]) -> pd.DataFrame:
     """Return rows as a table with the columns `FLOW_COLUMNS`."""
     return pd.DataFrame(rows, columns=list(FLOW_COLUMNS))
+
+
+def with_last_parts(rows: Iterable[Row], parts: Iterable[tuple[float, float]]) -> list[Row]:
+    """Return rows with what arriving vehicles drove in their last steps, for which SUMO has no odometer.
+
+    `parts`: when each vehicle arrived [s], and the distance [m].
+    """
+    told = [list(row) for row in rows]
+    ends_s = [row[0] for row in told]
+    for at_s, metres in parts:
+        if (number := bisect_left(ends_s, at_s)) < len(told):
+            told[number][3] += metres
+    return [(time_s, int(there), still, metres, int(laps)) for time_s, there, still, metres, laps in told]
 
 
 def loop_table(ways: Mapping[str, Sequence[tuple[float, str]]]) -> pd.DataFrame:
@@ -42,5 +56,6 @@ class FlowMeter:
         """The rows for `flow_table`."""
 
     def look(self) -> None:
-        """Add a row about the time since the last row; call every `FLOW_EVERY_S`."""
-        self.rows.append((self._traffic.now_s, *self._drive.take_flow()))
+        """Add a row about the time since the last row; call every `FLOW_EVERY_S`, and at the end."""
+        if not self.rows or self.rows[-1][0] < self._traffic.now_s:
+            self.rows.append((self._traffic.now_s, *self._drive.take_flow()))

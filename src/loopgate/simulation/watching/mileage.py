@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from math import nan
 
@@ -23,7 +24,7 @@ _LEAP_MPS2 = 5.0
 _LEAP_M = 1.0
 """An odometer has leapt if it advances this much more in a step than the vehicle's speed allows [m]."""
 
-_COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s"
+_COLUMNS = "_at_m", "_speed_mps", "_driven_m", "_stood_s", "_stands_s", "_longest_s"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,13 +37,14 @@ class Driven:
         Distance driven [m].
     time_s
         Time on the road, or at stops beside it [s].
-    stood_s
-        Time below 0.1 m/s [s].
+    stood_s, longest_s
+        Time below 0.1 m/s, in all and at most at once [s].
     """
 
     distance_m: float = 0.0
     time_s: float = 0.0
     stood_s: float = 0.0
+    longest_s: float = 0.0
 
 
 class Mileage:
@@ -64,7 +66,8 @@ class Mileage:
         self._rows: Ints = np.zeros(0, dtype=np.int64)
         """The rows of the vehicles on the road."""
         self._row_of: dict[str, int] = {}
-        self._at_m, self._speed_mps, self._driven_m, self._stood_s = (np.zeros(0) for _ in _COLUMNS)
+        self._at_m, self._speed_mps, self._driven_m = (np.zeros(0) for _ in range(3))
+        self._stood_s, self._stands_s, self._longest_s = (np.zeros(0) for _ in range(3))
         self._last_m: dict[str, float] = {}
         """The last odometer of each vehicle that has left [m]."""
         self._came_s: dict[str, float] = {}
@@ -102,6 +105,9 @@ class Mileage:
         self._speed_mps[self._rows] = moved_m / step_s
         self._driven_m[self._rows] += moved_m
         self._stood_s[self._rows[stands]] += step_s
+        self._stands_s[self._rows[stands]] += step_s
+        self._stands_s[self._rows[~stands]] = 0.0
+        np.maximum(self._longest_s, self._stands_s, out=self._longest_s)
         self._steps += 1
         self._standing += int(stands.sum())
         self._metres += float(moved_m.sum())
@@ -122,10 +128,21 @@ class Mileage:
         self._at_m[still] = known[still]
         self._there, self._rows = there, rows
 
+    @property
+    def now_s(self) -> float:
+        """The time that is counted so far [s]."""
+        return self._traffic.now_s
+
+    @property
+    def seen(self) -> AbstractSet[str]:
+        """The vehicles that were on the road."""
+        return self._row_of.keys()
+
     def measure_from_now(self) -> None:
         """Begin the measured time: set all counts to zero."""
         self.begin_s = self._traffic.now_s
-        self._driven_m[:] = self._stood_s[:] = 0.0
+        for counts in (self._driven_m, self._stood_s, self._stands_s, self._longest_s):
+            counts[:] = 0.0
 
     def flow(self) -> Row:
         """Return the row of the flow table for the time since the last row."""
@@ -134,18 +151,25 @@ class Mileage:
         self._steps, self._standing, self._metres = 0, 0, 0.0
         return row
 
+    def last_part(self, trip: Trip) -> tuple[float, float]:
+        """Return when a vehicle left [s], and how far it drove in that step [m]."""
+        row, gone_s = self._row_of.get(trip.vehicle), self._gone_s.get(trip.vehicle, 0.0)
+        if row is None or trip.vehicle not in self._last_m:
+            return gone_s, 0.0
+        step_s = self._traffic.step_s
+        most_mps = float(self._speed_mps[row]) + _LEAP_MPS2 * step_s
+        return gone_s, trip.last_part_m(self._last_m[trip.vehicle], most_mps * step_s)
+
     def of(self, trip: Trip) -> Driven:
         """Return how far a vehicle drove, how long it was under way and how long of that it stood.
 
         The figures begin with the measured time. `trip`: what SUMO says of the vehicle.
         """
-        vehicle, step_s = trip.vehicle, self._traffic.step_s
+        vehicle = trip.vehicle
         row = self._row_of.get(vehicle)
         gone_s = self._gone_s.get(vehicle, self._traffic.now_s)
         if row is None or gone_s <= self.begin_s:
             return Driven()
-        driven_m = float(self._driven_m[row])
-        if vehicle in self._last_m:
-            most_mps = float(self._speed_mps[row]) + _LEAP_MPS2 * step_s
-            driven_m += trip.last_part_m(self._last_m[vehicle], most_mps * step_s)
-        return Driven(driven_m, gone_s - max(self._came_s[vehicle], self.begin_s), float(self._stood_s[row]))
+        driven_m, stood = float(self._driven_m[row]), (float(self._stood_s[row]), float(self._longest_s[row]))
+        driven_m += self.last_part(trip)[1]
+        return Driven(driven_m, gone_s - max(self._came_s[vehicle], self.begin_s), *stood)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, replace
+from html import unescape
 from math import isnan, nan
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,9 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import ResultsError
 
-__all__ = ["Trip", "gated_trips", "read_trips", "trip_figures"]
+__all__ = ["Trip", "gated_trips", "read_trips", "trip_figures", "write_depart_delays"]
+
+_DEPART_DELAY = re.compile(r'(<tripinfo id="([^"]*)"[^>]* departDelay=")[^"]*')
 
 _ROUNDING_M = 1.0
 """Tolerance for SUMO's rounding [m]."""
@@ -161,6 +165,20 @@ def gated_trips(
             waiting_s=max(0.0, trip.waiting_s - own_s),
         )
     return found
+
+
+def write_depart_delays(file: Path, delays_s: Mapping[str, float]) -> None:
+    """Write the depart delays of gated vehicles [s] into ``tripinfo.xml``.
+
+    A gate inserts a vehicle when it may depart, so SUMO says 0.
+    """
+
+    def as_was(found: re.Match[str]) -> str:
+        delay_s = delays_s.get(unescape(found[2]))
+        return found[0] if delay_s is None else f"{found[1]}{delay_s:.2f}"
+
+    text = file.read_text(encoding="utf-8")
+    file.write_text(_DEPART_DELAY.sub(as_was, text), encoding="utf-8")
 
 
 def trip_figures(trips: Iterable[Trip]) -> dict[str, Any]:
