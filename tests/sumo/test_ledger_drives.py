@@ -199,7 +199,7 @@ RING = 'edges="B2C2 C2C1 C1B1 B1B2"'
 
 
 def test_vehicles_park_beside_a_busy_street_and_come_back(tmp_path: Path) -> None:
-    """They stop 43 to 46 times, and stand parked for 530 s beyond their stops."""
+    """They stop 46 to 50 times, and stand parked for 700 s beyond their stops."""
     places = (
         '<parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>'
         '<parkingArea id="kerb" lane="B1B2_0" startPos="10" endPos="70" roadsideCapacity="6"/>'
@@ -215,11 +215,11 @@ def test_vehicles_park_beside_a_busy_street_and_come_back(tmp_path: Path) -> Non
     driven = stopping(tmp_path, routes, places, 900.0)
     assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.missed) == (0, 0, 0, 0)
     events = driven.events["event"].value_counts()
-    assert driven.served == pytest.approx(45, abs=3)
+    assert driven.served == pytest.approx(48, abs=3)
     assert 0 <= events["park"] - events["return"] <= 10
     assert events["return"] > 39
     assert driven.longest_s < 60.0
-    assert driven.late_back_s < 700.0
+    assert driven.late_back_s < 900.0
 
 
 def test_were_crossings_not_looked_at_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -197,6 +197,45 @@ def test_who_parks_comes_back_before_those_that_wait_for_its_space(tmp_path: Pat
     assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
 
 
+LOTS = {
+    "lots": 'startPos="20" endPos="60" roadsideCapacity="5"',
+    "two lots": 'startPos="30" endPos="55" roadsideCapacity="2"',
+    "on the road": 'startPos="20" endPos="60" roadsideCapacity="4" onRoad="true"',
+    "bays": 'startPos="20" endPos="60"',
+}
+
+
+def beside(kind: str) -> tuple[str, str]:
+    """Return loops of the grid, each with a stop beside the road of a kind, and the places of the stops."""
+    roads, places, routes = RoadNetwork.open(NET), dict[str, str](), [BUS, '<vType id="car" minGap="3.5"/>']
+    for number, loop in enumerate(generate_loops(roads, 20, length_m=(800.0, 1600.0), seed=3)):
+        edge = loop.edges[1 + number % 3]
+        lane = roads.lanes[f"{edge}_0"]
+        end_m = {"mid-lane": 40.0, "at the line": lane.length_m - 2.0}.get(kind)
+        where = f'lane="{lane.id}" startPos="{(end_m or 9) - 8}" endPos="{end_m}" parking="true"'
+        if end_m is None:
+            bays = "".join(f'<space x="{x}" y="{y}"/>' for x, y in lane.shape * 3) if kind == "bays" else ""
+            places[edge] = f'<parkingArea id="{edge}" lane="{lane.id}" {LOTS[kind]}>{bays}</parkingArea>'
+            where = f'parkingArea="{edge}"'
+        stop = f'<stop {where} duration="{5 + number % 4 * 5}"/>'
+        routes.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stop}</route>')
+        what = "bus" if number % 4 == 0 and kind == "mid-lane" else "car"
+        routes += [
+            f'<vehicle id="{loop.id}.{k}" type="{what}" route="{loop.id}" depart="0"/>' for k in range(4)
+        ]
+    return "".join(routes), f"<additional>{''.join(places.values())}</additional>"
+
+
+@pytest.mark.parametrize("kind", [*LOTS, "mid-lane", "at the line"])
+def test_who_returns_from_beside_the_road_drives_into_nobody(kind: str, tmp_path: Path) -> None:
+    """Not into one that returns too, from another lot or from the same spot; and all return."""
+    text, places = beside(kind)
+    summary = run(tmp_path, text, places, positions=True, seed=4)
+    assert (summary["audit"], summary["collisions"], summary["starving"]) == ("clean", 0, [])
+    assert summary["stops"]["served"] > 150
+    assert summary["stops"]["longest_late_back_s"] < 240.0
+
+
 def test_who_parks_at_the_end_of_a_lane_comes_back_after_those_who_stand_next_to_it(tmp_path: Path) -> None:
     """The next has driven up to the line meanwhile: it goes first, since nobody can come in beside it."""
     text = (

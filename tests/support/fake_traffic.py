@@ -278,6 +278,14 @@ class FakeTraffic:
         """No vehicle stops."""
         return False
 
+    def lot_ahead_m(self, vehicle: str, stop: Stop) -> float:  # noqa: ARG002  the protocol's
+        """No vehicle parks."""
+        return 0.0
+
+    def is_full(self, car_park: str) -> bool:  # noqa: ARG002  the protocol's
+        """There is no car park."""
+        return False
+
     def stops_begun(self) -> tuple[str, ...]:
         """Return nobody."""
         return ()

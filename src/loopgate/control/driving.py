@@ -129,6 +129,7 @@ class Driving:
                 like.decel_mps2,
                 track.top_speed_mps * haste,
                 haste,
+                like.min_gap_m,
                 # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
                 foreseen=track.foreseen and not traffic.gives_way,
             )

@@ -163,12 +163,12 @@ class Holdings:
         self._aim(vehicle)
 
     def step_aside(self, vehicle: Vehicle) -> bool:
-        """Take the slot away from a vehicle that parks; return whether this was possible.
+        """Take the slot away from a vehicle beside the road; return whether this was possible.
 
         It is possible if the whole body of the vehicle is in one place. Afterwards the vehicle is in no place
         until it gets a slot again.
         """
-        if vehicle.trips or len(vehicle.bodies) != 1 or vehicle.beside:
+        if vehicle.trips or len(vehicle.bodies) != 1:
             return False
         self.withdraw(vehicle)
         vehicle.near, vehicle.beside = False, True

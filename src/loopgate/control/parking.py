@@ -1,41 +1,39 @@
 """Parks vehicles beside the road without their slots, and returns them when they have slots again.
 
-A vehicle returns when its stop is over, the rules let it have a slot of its place, and ordinary vehicles
-leave space. It then stands in the line of its place, in the order on the road. SUMO decides when it drives
-off into a gap. Under a gate other than the chain rule, parked vehicles keep their slots.
+A vehicle returns when its stop is over, and two things hold in the same step: the rules let it have a slot of
+its place, and no vehicle that drives, stands or returns is in the gap that it needs. The ledger then gives it
+the slot, and its position in the line: the vehicles behind it can brake, so none passes it before it is on
+the road. If SUMO keeps it off the road in that step, it gives the slot back. Under a gate other than the
+chain rule, parked vehicles keep their slots.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from itertools import pairwise
-from typing import Final
+from math import inf
+from typing import Final, NamedTuple
 
 from loopgate.control.chain import closes_by_returning
 from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
 from loopgate.control.motion import STANDING_MPS, braking_m
 from loopgate.control.places import Body, Place, Vehicle
+from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
 
 # Values of `loopgate.results.columns.Event`.
 PARK: Final = "park"
 RETURN: Final = "return"
 
-_SOON_STEPS: Final = 3
-"""A parked vehicle is looked at in this many last steps of its stop.
-
-SUMO puts it back on the road one step before the stop ends; until then it can be told to stay."""
-
 _GO_STEPS: Final = 2
-"""With this many steps of its stop left, a vehicle is on the road in the next step, if there is a gap."""
+"""With this many steps of its stop left, a vehicle is on the road in the next step, if SUMO finds a gap."""
 
 _LONGER_STEPS: Final = 5
 """A vehicle that must stay parked is told to stay this many steps more."""
 
-_GAP_M: Final = 2.5
 _REACTION_S: Final = 1.0
-"""Gap between standing vehicles [m], and reaction time of drivers [s]: SUMO's defaults."""
+"""Reaction time of drivers [s]: SUMO's default."""
 
 _ROUNDING_M: Final = 0.5
 
@@ -45,6 +43,19 @@ _SAME_M: Final = 0.5
 _PATIENCE_S: Final = 20.0
 """A vehicle that cannot return alternates: it waits this long, then keeps other vehicles out of its place
 this long [s]."""
+
+
+class _CarPark(NamedTuple):
+    """A parking area by name, its place, and how far before the end of the place it ends [m]."""
+
+    name: str
+    place: Place
+    before_end_m: float
+
+    def is_next_of(self, vehicle: Vehicle) -> bool:
+        """Return whether a vehicle is on the road in the place, and stops here next."""
+        before_end_m = vehicle.line_m - vehicle.stop_m
+        return vehicle.leg.place is self.place and abs(before_end_m - self.before_end_m) < _ROUNDING_M
 
 
 def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
@@ -75,10 +86,13 @@ def _rank(vehicle: Vehicle) -> int:
     At the call, the vehicle itself must hold no slot there.
     """
     left_m = _left_m(vehicle)
-    ahead = 0
-    for one in vehicle.leg.place.bodies:
-        ahead += one.out_m - one.vehicle.make.length_m - one.vehicle.front_m <= left_m
-    return ahead
+    return sum(_left_of(body) <= left_m for body in vehicle.leg.place.bodies)
+
+
+def _left_of(body: Body) -> float:
+    """Return the distance of a vehicle's front from the end of a place where it holds a slot [m]."""
+    vehicle = body.vehicle
+    return body.out_m - vehicle.make.length_m - vehicle.front_m - vehicle.lot_m
 
 
 def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
@@ -93,7 +107,7 @@ def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
 
 
 def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Give a vehicle that has stepped aside a slot of its place again.
+    """Give a vehicle that has stepped aside a slot of its place again, and its position in the line.
 
     `Vehicle.beside` stays true until the vehicle is on the road.
     """
@@ -104,11 +118,16 @@ def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
     ledger.wake(place.line[0])  # its place is fuller
 
 
-def has_slot_for(vehicle: Vehicle) -> bool:
-    """Return whether the chain rule lets a vehicle that has stepped aside have a slot again."""
+def has_slot_for(vehicle: Vehicle, *, first: bool = False) -> bool:
+    """Return whether a vehicle that has stepped aside may have a slot of its place again.
+
+    The chain rule must allow it. `first`: whether it goes before a vehicle for which the last slot is kept.
+    """
     place = vehicle.leg.place
     free = place.slots - len(place.bodies)
-    if free <= 0 or place.shut or place.mover is not None or (free == 1 and place.kept_for is not None):
+    if free <= 0 or place.shut or place.mover is not None:
+        return False
+    if free == 1 and place.kept_for is not None and not first:
         return False
     return not closes_by_returning(place, _in_order([*place.line, vehicle])[0])
 
@@ -126,6 +145,11 @@ def _left_m(vehicle: Vehicle) -> float:
     return vehicle.left_m() + (vehicle.make.length_m if vehicle.beside else 0.0)
 
 
+def _keeps_out(waits_s: float) -> bool:
+    """Return whether a vehicle that has waited this long to return keeps other vehicles out of its place."""
+    return waits_s % (2.0 * _PATIENCE_S) >= _PATIENCE_S
+
+
 class Parking:
     """Takes the slots of vehicles that park, and keeps the vehicles parked until they have slots again.
 
@@ -141,9 +165,10 @@ class Parking:
         self, traffic: Traffic, ledger: Ledger, has_room: Callable[[Vehicle], bool], rows: list[Row]
     ) -> None:
         self._traffic, self._ledger, self._has_room, self._rows = traffic, ledger, has_room, rows
-        self._beside: dict[Vehicle, None] = {}
+        self._beside: dict[Vehicle, _CarPark | None] = {}
+        """The vehicles that are beside the road, each with the car park that it is in, if any."""
         self._coming: set[Vehicle] = set()
-        """The vehicles that have a slot again and are not on the road yet."""
+        """The vehicles that have a slot again, and should be on the road after the next step."""
         self._braked: dict[Vehicle, int] = {}
         """Vehicles at speed 0 until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[Vehicle, float] = {}
@@ -151,17 +176,21 @@ class Parking:
         self.late_s = self.latest_s = 0.0
         """How long vehicles stood parked beyond their stops [s]: in all, and at most."""
 
-    def begin(self, vehicle: Vehicle, why: str = "") -> bool:
+    def begin(self, vehicle: Vehicle, stop: Stop) -> bool:
         """Take its slot away from a vehicle that has just parked; return whether this was possible.
 
         The vehicle keeps the slot under a gate other than the chain rule, and while it is not wholly in one
-        place. `why`: noted in the event.
+        place.
         """
         # Another gate needs each vehicle to be in a place.
         if not self._ledger.by_chain or not self._ledger.step_aside(vehicle):
             return False
-        self._beside[vehicle] = None
-        self._note(vehicle, PARK, why)
+        park = None
+        if stop.kind == "parkingArea":
+            vehicle.lot_m = self._traffic.lot_ahead_m(vehicle.name, stop)
+            park = _CarPark(stop.name, vehicle.leg.place, vehicle.line_m - vehicle.stop_m)
+        self._beside[vehicle] = park
+        self._note(vehicle, PARK, "")
         return True
 
     def forget(self, vehicle: Vehicle) -> None:
@@ -178,47 +207,64 @@ class Parking:
         """Return vehicles to the road where possible, and keep the others parked."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         self._let_go()
-        for vehicle in list(self._beside):
-            if vehicle in self._coming and self._traffic.lane(vehicle.name)[0]:
+        first_s: dict[Place, float] = {}
+        """Since when the first vehicle waits to return to each place [s]."""
+        for vehicle in sorted(self._beside, key=self._since):
+            if self._has_come(vehicle):
                 self._is_back(vehicle)
                 continue
-            left_s = self._traffic.stays_s(vehicle.name)
-            if left_s > _SOON_STEPS * step_s:
+            if vehicle not in self._since_s and self._traffic.stays_s(vehicle.name) > _GO_STEPS * step_s:
                 continue
-            if vehicle not in self._coming and self._traffic.awaits(vehicle.name):
+            if self._traffic.awaits(vehicle.name):
                 self._traffic.stay(vehicle.name, _LONGER_STEPS * step_s)
                 continue
-            goes = self._may_go(vehicle)
-            if goes and vehicle not in self._braked and self._starts_over_its_line(vehicle):
-                self._braked[vehicle] = vehicle.granted
-                self._traffic.keep_to(vehicle.name, 0.0)
-            if goes and left_s > _GO_STEPS * step_s:
-                continue  # its stop is not over
-            self._traffic.stay(vehicle.name, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
             since_s = self._since_s.setdefault(vehicle, now_s)
             self.late_s += step_s if now_s > since_s else 0.0
             self.latest_s = max(self.latest_s, now_s - since_s)
-            if (now_s - since_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
-                self._ledger.shut(vehicle.leg.place)
+            waits_s = now_s - first_s.setdefault(vehicle.leg.place, since_s)
+            goes = self._may_go(vehicle, first=_keeps_out(waits_s))
+            if goes:
+                self._goes(vehicle)
+            self._traffic.stay(vehicle.name, (_GO_STEPS if goes else _LONGER_STEPS) * step_s)
+        for place, since_s in first_s.items():
+            if _keeps_out(now_s - since_s):
+                self._ledger.shut(place)
+
+    def _since(self, vehicle: Vehicle) -> float:
+        """Return since when a vehicle waits to return [s]; the vehicle that has waited longest goes first."""
+        return self._since_s.get(vehicle, inf)
+
+    def _has_come(self, vehicle: Vehicle) -> bool:
+        """Return whether a parked vehicle is on the road; if SUMO kept it off, it gives its slot back."""
+        on_road = bool(self._traffic.lane(vehicle.name)[0])
+        if vehicle in self._coming:
+            self._coming.discard(vehicle)
+            if not on_road:
+                self._ledger.step_aside(vehicle)
+        elif on_road:  # nobody has asked for it to be there, but there it is
+            come_back(self._ledger, vehicle)
+        return on_road
+
+    def _goes(self, vehicle: Vehicle) -> None:
+        """Let a vehicle drive onto the road in the next step."""
+        come_back(self._ledger, vehicle)
+        vehicle.stop_m = inf  # from now on it may drive
+        self._coming.add(vehicle)
+        if vehicle not in self._braked and self._starts_over_its_line(vehicle):
+            self._braked[vehicle] = vehicle.granted
+            self._traffic.keep_to(vehicle.name, 0.0)
 
     def _is_back(self, vehicle: Vehicle) -> None:
-        line_up(self._ledger, vehicle)
         self._set_back(vehicle)
-        vehicle.beside = False
+        vehicle.beside, vehicle.lot_m = False, 0.0
         before = [other for other in vehicle.leg.place.line if not other.beside]
         at = before.index(vehicle)
         self._note(vehicle, RETURN, before[at - 1].name if at else "")
         self._ledger.consider(vehicle)
 
-    def _may_go(self, vehicle: Vehicle) -> bool:
-        """Return whether a vehicle may drive onto the road in the next step; it gets a free slot first."""
-        room = self._has_room(vehicle)
-        if vehicle in self._coming:
-            line_up(self._ledger, vehicle)
-        elif room and has_slot_for(vehicle):
-            come_back(self._ledger, vehicle)
-            self._coming.add(vehicle)
-        return room and vehicle in self._coming and self._is_clear(vehicle, vehicle.leg.place)
+    def _may_go(self, vehicle: Vehicle, *, first: bool) -> bool:
+        """Return whether a vehicle may have a slot of its place and drive onto the road in the next step."""
+        return self._has_room(vehicle) and has_slot_for(vehicle, first=first) and self._is_clear(vehicle)
 
     def _let_go(self) -> None:
         """Let vehicles drive that are on the road again and held at their stop line, or granted more."""
@@ -235,26 +281,34 @@ class Parking:
         speed = make.accel * step_s
         return vehicle.left_m() < speed * step_s + braking_m(speed, make.decel, step_s) + _ROUNDING_M
 
-    def _is_clear(self, vehicle: Vehicle, place: Place) -> bool:
-        """Return whether all vehicles behind can brake for a vehicle that returns; SUMO does not ask."""
-        step_s = self._traffic.step_s
-        for body in place.bodies:
+    def _is_clear(self, vehicle: Vehicle) -> bool:
+        """Return whether nobody is in the gap that a vehicle needs, and all vehicles behind can brake for it.
+
+        SUMO does not ask the vehicles behind. A vehicle that returns too is where it stands now.
+        """
+        for body in vehicle.leg.place.bodies:
             other = body.vehicle
-            their_left_m = body.out_m - other.make.length_m - other.front_m
-            gap_m = their_left_m - vehicle.left_m() - vehicle.make.length_m
-            if other.beside:
-                continue
+            gap_m = _left_of(body) - vehicle.left_m() - vehicle.make.length_m
             if gap_m < -vehicle.make.length_m:  # it is ahead; the two may have parked side by side
-                if gap_m > -vehicle.make.length_m - other.make.length_m - _GAP_M:
+                if gap_m > -vehicle.make.length_m - other.make.length_m - vehicle.make.gap_m:
                     return False
-                continue
-            fast = min(other.make.top, other.speed + other.make.accel * step_s)
-            decel = other.make.decel
-            if gap_m >= 0.0 and other.speed <= STANDING_MPS and other.stops_here():
-                continue  # as at a full car park: it does not start before the vehicle that returns has gone
-            if gap_m < _GAP_M + fast * (step_s + _REACTION_S) + braking_m(fast, decel, step_s):
+            elif body is not other.bodies[-1]:
+                return False  # it has a grant for the next place, and would hold it behind this vehicle
+            elif gap_m < self._needs_m(other, self._beside[vehicle]):
                 return False
         return True
+
+    def _needs_m(self, other: Vehicle, park: _CarPark | None) -> float:
+        """Return the gap that a vehicle needs to brake for one that returns ahead of it, from a car park [m].
+
+        A vehicle that stands before a full car park does not start before it has a lot.
+        """
+        stands = other.speed <= STANDING_MPS
+        if stands and park is not None and park.is_next_of(other) and self._traffic.is_full(park.name):
+            return other.make.gap_m
+        make, step_s = other.make, self._traffic.step_s
+        fast = min(make.top, other.speed + make.accel * step_s)
+        return make.gap_m + fast * (step_s + _REACTION_S) + braking_m(fast, make.decel, step_s)
 
     def _note(self, vehicle: Vehicle, event: str, ahead: str) -> None:
         self._rows.append((self._traffic.now_s, vehicle.name, event, vehicle.leg.place.name, ahead))

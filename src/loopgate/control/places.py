@@ -207,16 +207,25 @@ class Trip:
 class Make:
     """Properties of a vehicle: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
-    `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `foreseen`: whether the time at which
-    it clears a crossing can be predicted.
+    `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `gap_m`: its gap to a vehicle ahead
+    when it stands [m]. `foreseen`: whether the time at which it clears a crossing can be predicted.
     """
 
-    __slots__ = ("accel", "decel", "foreseen", "haste", "length_m", "top")
+    __slots__ = ("accel", "decel", "foreseen", "gap_m", "haste", "length_m", "top")
 
     def __init__(
-        self, length_m: float, accel: float, decel: float, top: float, haste: float, *, foreseen: bool = True
+        self,
+        length_m: float,
+        accel: float,
+        decel: float,
+        top: float,
+        haste: float,
+        gap_m: float = 2.5,
+        *,
+        foreseen: bool = True,
     ) -> None:
         self.foreseen: Final = foreseen
+        self.gap_m: Final = gap_m
         self.length_m: Final = length_m
         self.accel: Final = accel
         self.decel: Final = decel
@@ -225,7 +234,9 @@ class Make:
 
     def with_top(self, top: float) -> Make:
         """Return the same properties with another top speed [m/s]."""
-        return Make(self.length_m, self.accel, self.decel, top, self.haste, foreseen=self.foreseen)
+        return Make(
+            self.length_m, self.accel, self.decel, top, self.haste, self.gap_m, foreseen=self.foreseen
+        )
 
 
 POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
@@ -254,15 +265,16 @@ class Vehicle:
     `steered`: whether it is led to a lane, and makes no request. `stood_s`: how long it has stood, anywhere
     [s]. `stop_m`: arc length at which it stops by
     itself [m]. `parks`: whether it stands there beside its lane and holds its slot. `beside`: whether it
-    holds no slot, because it is parked or not yet back on the road. `astray`: whether it was last seen beyond
+    is parked; it then holds no slot, unless it will be on the road after the next step. `lot_m`: how far
+    ahead of its front it then returns to its lane [m]. `astray`: whether it was last seen beyond
     its stop line.
     """
 
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "due_m", "front_m",
-        "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "make", "mover", "name",
-        "near", "number", "parks", "reason", "refused_s", "request", "row", "since_s", "speed", "steered",
-        "stood_s", "stop_m", "trips", "watchers", "withheld", "woken",
+        "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "lot_m", "make",
+        "mover", "name", "near", "number", "parks", "reason", "refused_s", "request", "row", "since_s",
+        "speed", "steered", "stood_s", "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -288,6 +300,7 @@ class Vehicle:
         self.near = False
         self.steered = False
         self.stop_m = inf
+        self.lot_m = 0.0
         self.parks = self.beside = self.astray = False
         self.withheld = ""
         self.reason = ""
@@ -327,8 +340,8 @@ class Vehicle:
         return self.astray and not before
 
     def left_m(self) -> float:
-        """Return the distance to its stop line [m]."""
-        return self.line_m - self.front_m
+        """Return the distance to its stop line [m], of a parked vehicle from where it returns to its lane."""
+        return self.line_m - self.front_m - self.lot_m
 
     def wanted(self) -> Place | None:
         """Return the place that it wants next; None where its path ends."""

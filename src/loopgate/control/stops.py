@@ -164,7 +164,7 @@ class Stops:
                 way.since_s = now_s
                 stop = way.stops[way.ahead[0].number]
                 self._note(way, STOP, stop)
-                way.vehicle.parks = stop.parks and not self._parking.begin(way.vehicle)
+                way.vehicle.parks = stop.parks and not self._parking.begin(way.vehicle, stop)
         for name in traffic.stops_ended():
             way = self._ways.get(name)
             if way is not None:

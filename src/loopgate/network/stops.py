@@ -73,13 +73,19 @@ _LEAST_M = 0.1
 
 @dataclass(frozen=True, slots=True)
 class StoppingPlace:
-    """A stopping place of an additional file: its kind, lane, position on the lane [m], and file."""
+    """A stopping place of an additional file: its kind, lane, position on the lane [m], and file.
+
+    `on_road`: whether the vehicles in a parking area stand on the road. `spaces`: coordinates of those of its
+    lots that do not lie along the lane [m].
+    """
 
     kind: str
     lane: str
     start_m: float
     end_m: float
     file: Path
+    on_road: bool = False
+    spaces: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +111,8 @@ class Stop:
     """What the vehicle waits for before it goes on: ``person``, ``container``."""
     parks: bool = False
     """Whether the vehicle stands beside the lane."""
+    spaces: tuple[tuple[float, float], ...] = ()
+    """Coordinates of the lots that do not lie along the lane: vehicles return from them at `end_m` [m]."""
     told: tuple[tuple[str, str], ...] = ()
     """Further attributes, passed on to SUMO unchanged."""
     any_lane: bool = False
@@ -147,7 +155,14 @@ def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
             what = f"{file}: {element.tag} {name}"
             start_m = _metres(what, element, "startPos", 0.0)
             end_m = _metres(what, element, "endPos", float("inf"))
-            found[name] = StoppingPlace(_KINDS[element.tag], lane, start_m, end_m, file)
+            spaces = tuple(
+                (_metres(what, space, "x", 0.0), _metres(what, space, "y", 0.0))
+                for space in element.findall("space")
+            )
+            on_road = element.get("onRoad", "false") in {"true", "1"}
+            found[name] = StoppingPlace(
+                _KINDS[element.tag], lane, start_m, end_m, file, on_road=on_road, spaces=spaces
+            )
     return found
 
 
@@ -198,6 +213,7 @@ def _stop(
         msg = f"{what}: it says neither duration nor until, so the vehicle would stand for good; give one"
         raise RouteError(msg)
     kind, name, lane, start_m, end_m = _where(network, element, places, what)
+    area = places.get(name) if kind == "parkingArea" else None
     parking = element.get("parking", "false")
     if parking not in {"true", "1", "false", "0"}:
         msg = f"{what}: parking is {shown(parking)}; expected true or false"
@@ -213,7 +229,8 @@ def _stop(
         cycle_s=cycle_s,
         since_depart=since_depart,
         triggers=triggers,
-        parks=kind == "parkingArea" or parking in {"true", "1"},
+        parks=not area.on_road if area else parking in {"true", "1"},
+        spaces=area.spaces if area else (),
         told=_told(element, what),
         any_lane=kind == "lane" and not element.get("lane"),
     )

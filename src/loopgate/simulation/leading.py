@@ -95,7 +95,7 @@ class Leading:
         if one.speed > top:
             top = one.speed + can.accel_mps2 * self._traffic.step_s
         before = one.make
-        now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste)
-        if now != (before.length_m, before.accel, before.decel, before.top, before.haste):
+        now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste, can.min_gap_m)
+        if now != (before.length_m, before.accel, before.decel, before.top, before.haste, before.gap_m):
             one.make = Make(*now, foreseen=before.foreseen)
             self._ledger.consider(one)  # the vehicle may have to ask sooner

@@ -40,12 +40,16 @@ class Insertion:
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:
-    """Data of a vehicle: length [m], acceleration and deceleration [m/s2], factor on speed limits [1]."""
+    """Data of a vehicle: length [m], acceleration and deceleration [m/s2], factor on speed limits [1].
+
+    `min_gap_m`: the gap to a vehicle ahead when it stands; by default SUMO's for a car [m].
+    """
 
     length_m: float
     accel_mps2: float
     decel_mps2: float
     speed_factor: float
+    min_gap_m: float = 2.5
 
 
 class Light(NamedTuple):
@@ -252,6 +256,15 @@ class Traffic(Protocol):
 
     def awaits(self, vehicle: str) -> bool:
         """Return whether a vehicle at a stop waits for persons or containers."""
+
+    def lot_ahead_m(self, vehicle: str, stop: Stop) -> float:
+        """Return how far ahead of its front the lot of a vehicle in a car park is [m]; it returns beside it.
+
+        A vehicle may have stopped before its lot, or beyond it.
+        """
+
+    def is_full(self, car_park: str) -> bool:
+        """Return whether all lots of a parking area are taken."""
 
     def stops_begun(self) -> Sequence[str]:
         """Return the vehicles that came to rest in the last step at a stop of their own."""

@@ -87,7 +87,8 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         )
         self._vehicles, self._arrived = read("vehicle_getIDList"), read("simulation_getArrivedIDList")
         self._like = [
-            read(f"vehicle_{name}") for name in ("getLength", "getAccel", "getDecel", "getSpeedFactor")
+            read(f"vehicle_{name}")
+            for name in ("getLength", "getAccel", "getDecel", "getSpeedFactor", "getMinGap")
         ]
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())

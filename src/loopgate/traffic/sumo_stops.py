@@ -1,7 +1,10 @@
 """Stops in SUMO: the stops that hold vehicles, and the stops of their routes."""
 
 from collections.abc import Callable, Iterable, Sequence
+from math import dist
 from typing import Any
+
+from shapely import LineString, Point
 
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
@@ -222,6 +225,21 @@ class SumoStops:
 
     def awaits(self, vehicle: str) -> bool:
         return bool(self._vehicle.isStoppedTriggered(vehicle))
+
+    def lot_ahead_m(self, vehicle: str, stop: Stop) -> float:
+        """Return the distance to the vehicle's lot; SUMO puts it back on its lane beside that lot."""
+        lot, at_m = self._vehicle.getPosition(vehicle), float(self._vehicle.getLanePosition(vehicle))
+        if any(dist(lot, space) < _SAME_STOP_M for space in stop.spaces):
+            return stop.end_m - at_m
+        lane = LineString(self._api.lane.getShape(stop.lane))
+        return float(lane.project(Point(lot)) * self._api.lane.getLength(stop.lane) / lane.length) - at_m
+
+    def is_full(self, car_park: str) -> bool:
+        taken, lots = (
+            int(self._simulation.getParameter(car_park, f"parkingArea.{what}"))
+            for what in ("occupancy", "capacity")
+        )
+        return taken >= lots
 
     def stops_begun(self) -> Sequence[str]:
         return [v for v in self._stops_starting() if self.at_own_stop(v)]
