@@ -21,7 +21,7 @@ from throughput import GRID
 from throughput_city import CITIES
 from throughput_study import RULE, WARMUP_S, Study, markdown, parser, with_half, write_section
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.control.start import VehicleStart
 from loopgate.network import write_loops
 from loopgate.results import row_columns as c

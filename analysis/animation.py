@@ -15,7 +15,7 @@ import headline
 from chromium import CHROMIUM, MISSING, Tab, open_browser
 from PIL import Image
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.replay import make_replay
 from loopgate.simulation.run import simulate
 

@@ -37,7 +37,7 @@ from throughput_study import with_half
 
 from loopgate import Scenario
 from loopgate.abstraction.queue_layout import why_not
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
 from loopgate.network.xml_file import read_xml

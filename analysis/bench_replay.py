@@ -16,7 +16,7 @@ import pandas as pd
 from chromium import CHROMIUM, MISSING, Tab, open_browser
 from made_networks import netgenerate
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.replay import make_replay
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario

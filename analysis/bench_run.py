@@ -27,7 +27,7 @@ from frame_table import frame_table
 from rich.console import Console
 
 from loopgate.abstraction.sharing import SharingBound
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.network import RoadNetwork, generate_loops, write_loops
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate

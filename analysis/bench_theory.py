@@ -17,8 +17,7 @@ from itertools import islice
 from typing import Any
 
 from loopgate.gates import Reason, make_gate
-from loopgate.gates.circuits import circuits_through
-from loopgate.gates.theorem1 import theorem1
+from loopgate.gates.algorithm2 import circuits_through, theorem1
 from loopgate.model import Configuration, System
 from loopgate.research.state_space import explore
 from loopgate.research.theory.instances import instance

@@ -22,7 +22,7 @@ from change_rule import Standing, Why, find_hindrance
 from everyone import draw
 from road_oracle import Lines, Reach, Roads
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 
 MOST = 2_000
 """Systems with more configurations are drawn anew."""

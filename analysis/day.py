@@ -20,7 +20,7 @@ import pandas as pd
 from frame_table import frame_table
 from rich.console import Console
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.results.columns import (
     DISTANCE,
     EVENT,
@@ -34,7 +34,7 @@ from loopgate.runs.run import read_run
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
-from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
+from loopgate.sweep.task import peak_memory_mb, reset_peak_memory
 
 HOUR_S = 3600.0
 PER_HOUR = 6

@@ -18,7 +18,7 @@ import pandas as pd
 from frame_table import frame_table
 from rich.console import Console
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report

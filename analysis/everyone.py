@@ -18,7 +18,7 @@ from collections import Counter
 from road_oracle import MOST, Reach, Roads
 from service_rule import next_mover
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.errors import UnsafeStartError
 from loopgate.gates.base import Reason
 from loopgate.gates.certified import CertifiedGate
@@ -28,7 +28,7 @@ from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.search import Budget
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
-from loopgate.research.theory.residents import leaves_room_for_passers
+from loopgate.research.theory.certificates import leaves_room_for_passers
 
 STEPS = 40
 

@@ -39,7 +39,7 @@ from fuzz_results import RESULTS
 from fuzz_runs import RUNS, make_runs
 
 from loopgate.errors import LoopgateError
-from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
+from loopgate.sweep.task import peak_memory_mb, reset_peak_memory
 
 READERS = (*PLUGINS, *RESULTS, *RUNS, *FILES)
 HANG_S = 20.0

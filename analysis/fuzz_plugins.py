@@ -16,10 +16,10 @@ from fuzz_readers import ROOT, Reader
 from loopgate import Robot, Scenario, System, explore, make_gate
 from loopgate.errors import LoopgateError
 from loopgate.gates import Gate, check_gate
-from loopgate.gates.careful import careful
+from loopgate.gates.following import careful
 from loopgate.model import RobotId, StateId
 from loopgate.negotiation.base import Request
-from loopgate.negotiation.careful import careful as careful_order
+from loopgate.negotiation.registry import careful as careful_order
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.research.runs import run_rounds, trace_moves
 from loopgate.research.state_space import verify_everywhere, verify_walks

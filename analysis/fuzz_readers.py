@@ -32,7 +32,7 @@ from loopgate.replay.scene import load_scene
 from loopgate.research.theory.instances import instance
 from loopgate.results.recorder import read_events
 from loopgate.simulation.sumo_options import sumo_options
-from loopgate.sweep.store import Store
+from loopgate.sweep.execution import Store
 
 ROOT = Path(__file__).resolve().parent.parent
 NETWORK = ROOT / "networks" / "ring3.net.xml"

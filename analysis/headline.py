@@ -18,7 +18,7 @@ from frame_table import frame_table
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import LAPS, STANDING, X, Y
 from loopgate.simulation.run import simulate

@@ -27,8 +27,7 @@ import pandas as pd
 import sumo
 from compiled_wheel import compile_ledger
 
-from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
 from loopgate.control.departures import Departures

@@ -21,7 +21,7 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.errors import TooManyVehiclesError
 from loopgate.results.columns import EVENT, LOOP_LENGTH, TIME, VEHICLE, Event
 from loopgate.results.recorder import read_events

@@ -15,8 +15,7 @@ from collections import Counter
 
 import numpy as np
 
-from loopgate.gates.circuits import all_circuits
-from loopgate.gates.theorem1 import lemma1
+from loopgate.gates.algorithm2 import all_circuits, lemma1
 from loopgate.research.state_space import StateSpace
 from loopgate.research.theory.orders import Orders
 from loopgate.research.theory.random_systems import small_system

@@ -19,7 +19,7 @@ import pandas as pd
 import sumo
 
 from loopgate import RoadNetwork, Scenario, run
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.simulation.run_folder import SUMMARY
 
 ROOT = Path(__file__).resolve().parent.parent

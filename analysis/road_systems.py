@@ -34,7 +34,7 @@ from small_roads import (
     two_way_grid,
 )
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import make_gate
 from loopgate.gates.certified import CertifiedGate

@@ -25,7 +25,7 @@ from day import Memory
 from frame_table import frame_table
 from rich.console import Console
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.results.columns import ON_ROAD
 from loopgate.runs.run import read_run
 from loopgate.simulation.loop_run import RunCourse

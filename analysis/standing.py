@@ -26,7 +26,7 @@ from rich.console import Console
 from standing_rerouted import drive
 
 from loopgate import Scenario
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.errors import TooManyVehiclesError
 from loopgate.runs.run import read_run
 from loopgate.simulation.assembly import assemble

@@ -18,7 +18,7 @@ from random import Random
 
 from everyone import draw
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 from loopgate.research.vehicles.walk import Walk
 from loopgate.research.vehicles.world import Receive, begin
 from loopgate.vehicles import post as posts

@@ -10,9 +10,8 @@ import sys
 import click
 import pytest
 
-from loopgate.cli.grouped import GroupedCommand
 from loopgate.cli.main import cli
-from loopgate.cli.scenario_options import HELP
+from loopgate.cli.run import HELP, GroupedCommand
 from loopgate.simulation.scenario import kinds
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}

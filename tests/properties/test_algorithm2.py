@@ -7,9 +7,7 @@ import random
 import pytest
 
 from loopgate.gates import Reason, make_gate
-from loopgate.gates.circuits import circuits_through
-from loopgate.gates.theorem1 import theorem1
-from loopgate.gates.walks import Holders
+from loopgate.gates.algorithm2 import Holders, circuits_through, theorem1
 from loopgate.model import Configuration, Robot, System
 from loopgate.research.theory.random_systems import Shape, dense, random_system, sparse
 

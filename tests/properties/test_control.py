@@ -17,8 +17,8 @@ from loopgate.errors import SystemModelError
 from loopgate.gates.certified.occupancy import Occupancy
 from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import System
+from loopgate.research.theory.certificates import keeps_everyone
 from loopgate.research.theory.oracle import Oracle, OracleLimitError
-from loopgate.research.theory.residents import keeps_everyone
 
 SMALL = (ring(3), ring(4), two_rings(3), commuters(3), figure_eight(3))
 ROADS = (*SMALL, one_way_grid(), roundabout(3))

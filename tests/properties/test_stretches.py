@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from roads import roads
 
+from loopgate.abstraction.movements import LEAST_CAPACITY, Passage, find_foes, lay_stretches, least_change_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
-from loopgate.abstraction.stretches import LEAST_CAPACITY, Passage, find_foes, lay_stretches, least_change_m
 from loopgate.network import make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 

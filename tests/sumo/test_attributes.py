@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 import pytest
 import sumo
 
-from loopgate.abstraction.track import Track, rounds
+from loopgate.abstraction.itinerary import Track, rounds
 from loopgate.control.start import VehicleStart
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from made_networks import narrow_streets, netgenerate, roundabouts
 
-from loopgate.abstraction.stretches import narrow_lanes
+from loopgate.abstraction.movements import narrow_lanes
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.drive import Drive

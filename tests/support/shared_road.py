@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from fake_traffic import FakeTraffic, FakeVehicle
 
-from loopgate.abstraction.itinerary import DrawnLeg
-from loopgate.abstraction.track import Round, Track
+from loopgate.abstraction.itinerary import DrawnLeg, Round, Track
 from loopgate.control.diary import Row
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout

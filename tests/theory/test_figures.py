@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from loopgate.gates.circuits import (
+from loopgate.gates.algorithm2 import (
     Circuit,
+    Condition,
+    Walk,
     all_circuits,
     circuits_through,
+    lemma1,
     sub_circuit,
+    theorem1,
 )
-from loopgate.gates.theorem1 import Condition, lemma1, theorem1
-from loopgate.gates.walks import Walk
 from loopgate.model import RobotId, StateId
 from loopgate.research.theory.instances import fig7, instance
 from loopgate.research.theory.oracle import Oracle

@@ -8,8 +8,8 @@ import networkx as nx
 import pytest
 
 from loopgate.gates import Reason, make_gate
+from loopgate.gates.algorithm2 import Holders, risky_walks, safe_walk
 from loopgate.gates.deadlocks import deadlocked_robots, homes_decide_liveness
-from loopgate.gates.walks import Holders, risky_walks, safe_walk
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.digraph import digraph, proposition1, write_graphml
 from loopgate.research.theory.instances import instance, instance_names

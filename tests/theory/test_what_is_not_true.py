@@ -9,8 +9,7 @@ from types import ModuleType
 import pytest
 
 from loopgate.gates import Reason, make_gate
-from loopgate.gates.circuits import all_circuits, circuits_through
-from loopgate.gates.theorem1 import Condition, theorem1
+from loopgate.gates.algorithm2 import Condition, all_circuits, circuits_through, theorem1
 from loopgate.model import Configuration, RobotId, System, system_to_dict
 from loopgate.research.state_space import explore
 from loopgate.research.theory.instances import instance

@@ -28,7 +28,7 @@ from loopgate.research.theory.certificates import CertificateError, check_certif
 from loopgate.results import row_columns as c
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
 from loopgate.results.recorder import Recorder, read_events
-from loopgate.sweep.store import Store
+from loopgate.sweep.execution import Store
 from loopgate.sweep.task import Result
 
 RING = (Path(__file__).parents[2] / "networks" / "ring3.net.xml").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import networkx as nx
 
+from loopgate.abstraction.movements import least_change_m, least_place_m
 from loopgate.abstraction.queue_survey import refused_queues
-from loopgate.abstraction.stretches import least_change_m, least_place_m
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, make_loop
 from loopgate.network.cover.design import CoverTask, Design, make_design, walks_of

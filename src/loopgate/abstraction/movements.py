@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
@@ -11,15 +11,361 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.places import Part
+from loopgate.abstraction.itinerary import CLEARANCE_M
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
-from loopgate.network.records import Connection
+from loopgate.network.contacts import lane_contacts
+from loopgate.network.loop import HOLD_MARGIN_M, Loop
+from loopgate.network.records import Connection, Edge
 from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import VehicleType
 
 REACH_M = 2.2
 """Centre lines nearer than this conflict [m]: cars are 1.8 m wide in SUMO, oncoming lanes lie 3.2 m apart."""
+
+_BACK_M = 2 * BETWEEN_M
+"""Distance that a waiting body keeps from the last touched body [m]; bodies are checked at this interval."""
+
+_FIRST_M = 7.0
+"""Space before the stop line at the start [m]: a vehicle drives one step before it can be held."""
+
+_SPREAD_M = 0.3
+"""Extra space between standing vehicles at the start, beyond their gaps [m]."""
+
+_ROUNDING = 1e-9
+
+
+class Part(NamedTuple):
+    """A part of a lane [m]."""
+
+    begin_m: float
+    end_m: float
+
+
+def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, float]) -> Mapping[str, Part]:
+    """Find, for each lane with touches, the longest part in which no body touches another path.
+
+    A body in a part has its rear beyond the part's beginning and its front before its end. Stop lines move
+    back where other vehicles swing out over them. A vehicle counts as under way until its rear is beyond all
+    passing vehicles. Lanes that are not named are free in full length.
+
+    Parameters
+    ----------
+    touches
+        The touches of all paths.
+    tails
+        For each lane, how far vehicles that turn off swing back over it, see `tails_over` [m].
+    """
+    touched: dict[str, list[tuple[float, float]]] = {lane: [] for lane in tails}
+    on_roads = np.array([not network.lanes[course.lane].internal for course in touches.paths], dtype=bool)
+    sides = (
+        (touches.one, touches.one_at_m, touches.one_length_m),
+        (touches.other, touches.other_at_m, touches.other_length_m),
+    )
+    for course, at_m, length_m in sides:
+        here = on_roads[course] & (at_m >= length_m - _BACK_M)
+        rows = pd.DataFrame({"course": course[here], "at": at_m[here], "length": length_m[here]})
+        for number, at, length in rows.drop_duplicates().itertuples(index=False):
+            touched.setdefault(touches.paths[number].lane, []).append((at, length))
+    ends_m = {lane: network.lanes[lane].length_m - tails.get(lane, 0.0) for lane in touched}
+    return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
+
+
+def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
+    """Return the longest part without touches.
+
+    Each touched body has its front beyond the part, or its rear before it.
+    """
+    rows = sorted(fronts)
+    best = Part(0.0, 0.0)
+    begin = 0.0
+    for number in range(len(rows) + 1):
+        end = min(rows[number][0] - _BACK_M, length_m) if number < len(rows) else length_m
+        if end - begin > best.end_m - best.begin_m:
+            best = Part(begin, end)
+        if number < len(rows):
+            front, length = rows[number]
+            begin = max(begin, front - length + _BACK_M)
+    return best
+
+
+@dataclass(frozen=True, slots=True)
+class QueuePlace:
+    """A place where vehicles queue: a lane, or the part before or behind a change stretch."""
+
+    name: str
+    """The lane's id; with ``/1`` for the part before a stretch, ``/2`` for the part behind it."""
+    length_m: float
+    needs: tuple[tuple[float, int], ...]
+    """Lengths of its visitors with their gaps [m], and the largest number of each, longest first."""
+    away: bool = False
+    """Whether it stands for the end of an open route, where vehicles have arrived, and is not on the road."""
+
+    @property
+    def needed_m(self) -> float:
+        """Length that the longest visitor takes in the queue [m]: its length and its gap."""
+        return self.needs[0][0]
+
+    @property
+    def capacity(self) -> int:
+        """The number of slots: how many of the longest visitors fit."""
+        left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
+        held = 0
+        for need_m, count in self.needs:
+            fitting = math.floor(left_m / need_m + _ROUNDING)
+            if fitting < count:
+                return held + fitting
+            held += count
+            left_m -= count * need_m
+        return held + math.floor(left_m / self.needs[-1][0] + _ROUNDING)
+
+    @property
+    def at_start(self) -> int:
+        """The number of vehicles that may start on the place: at most one less than its slots.
+
+        Then no place is full at the start, so there is no circle of full places: the start is live.
+        """
+        return max(1, min(self.capacity - 1, int(self._first_slot_m / (self.needed_m + _SPREAD_M))))
+
+    def slots_m(self, types: Sequence[VehicleType]) -> list[float]:
+        """Return the start positions of the fronts, the head first [m]."""
+        front = self._first_slot_m
+        fronts: list[float] = []
+        for number, kind in enumerate(types):
+            if number:
+                # The gap is that of the follower: SUMO counts less than that as a collision.
+                front -= types[number - 1].length_m + kind.min_gap_m + _SPREAD_M
+            fronts.append(front)
+        return fronts
+
+    @property
+    def _first_slot_m(self) -> float:
+        line_m = self.length_m - HOLD_MARGIN_M
+        return line_m - min(_FIRST_M, line_m - self.needed_m)
+
+
+LEAST_CAPACITY = 2
+"""A lane with fewer slots belongs to the crossing in which it lies. Where every place has two slots, one walk
+along full queues decides liveness (Reveliotis, Lawley, Ferreira 1997)."""
+
+_SPARE_M = 2.5
+"""The shortest stretch is this much longer than a vehicle with its gap [m]: a vehicle at its end then keeps
+its gap to the vehicles that wait before the stretch, and can change lanes beside them."""
+
+_ROOMY_M = 15.0
+"""A stretch is longer by up to this where the edge has space [m], so that a vehicle can change lanes without
+braking hard for the end of the stretch."""
+
+_NARROW_M = 5.0
+"""Lanes of two edges that lie near each other for longer than a car do not merely meet [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A part of an edge, over all its lanes, that vehicles cross without waiting."""
+
+    edge: str
+    begin_m: float
+    end_m: float
+    """`begin_m` and `end_m`: positions on the edge [m]; 0 and the edge's length where there is no place
+    before or after."""
+    first_m: float
+    last_m: float
+    """`first_m` and `last_m`: where the place before begins, and where the place after ends [m]."""
+
+    def passage(self, lane: int, to_lane: int) -> Passage:
+        """Return the passage over the stretch from one lane to another, or along one lane."""
+        return Passage(self.edge, lane, to_lane, self.end_m - self.begin_m)
+
+
+@dataclass(frozen=True, slots=True)
+class Passage:
+    """A way over a stretch, from one lane to another or along one lane."""
+
+    edge: str
+    lane: int
+    to_lane: int
+    length_m: float
+
+    @property
+    def id(self) -> str:
+        """``edge:lane>lane``, unique in the network."""
+        return f"{self.edge}:{self.lane}>{self.to_lane}"
+
+    @property
+    def changes(self) -> bool:
+        """Whether the passage leads to another lane."""
+        return self.lane != self.to_lane
+
+    @property
+    def swept(self) -> range:
+        """The lanes that the passage uses."""
+        return range(min(self.lane, self.to_lane), max(self.lane, self.to_lane) + 1)
+
+
+def least_change_m(needed_m: float) -> float:
+    """Return the shortest stretch for lane changes of vehicles that need `needed_m` with their gap [m]."""
+    return needed_m + _SPARE_M
+
+
+def least_place_m(needed_m: float) -> float:
+    """Return the length of the shortest possible place [m]."""
+    return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
+
+
+def lay_stretches(
+    network: RoadNetwork,
+    users: Sequence[tuple[Loop, VehicleType]],
+    parts: Mapping[str, Part],
+    *,
+    reach_m: float = REACH_M,
+    near: Narrow | None = None,
+) -> tuple[dict[str, Stretch], Narrow]:
+    """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
+
+    A stretch for lane changes lies in the middle of its edge, with a place before and a place after. If the
+    edge is too short for both, the place after stays if it fits. Otherwise the stretch takes the whole edge;
+    so does a stretch on a narrow edge. If the whole edge is too short to change lanes, the caller must refuse
+    the loop.
+
+    An edge with a part long enough for a place is not narrow, however near other lanes come to the rest: a
+    vehicle before or after that part is under way on the movement that leads there.
+
+    Parameters
+    ----------
+    users
+        For each vehicle its loop and its type.
+    parts
+        The parts of lanes on which vehicles may wait, where that is not the whole lane.
+    reach_m
+        Distance below which lanes of different edges make a street narrow [m].
+    near
+        The result of `narrow_lanes` for these lanes or more, if known.
+
+    Returns
+    -------
+    tuple
+        The stretches by edge, and the pairs of lanes of narrow edges that are near each other.
+    """
+    needed: dict[str, float] = {}
+    changing: dict[str, None] = {}
+    lanes: dict[str, None] = {}
+    for loop, kind in users:
+        for span in loop.spans:
+            if span.internal:
+                continue
+            needed[span.edge] = max(needed.get(span.edge, 0.0), kind.needed_m)
+            low, high = sorted((span.lane, span.lane_in))
+            lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
+            if low != high:
+                changing[span.edge] = None
+    if near is None:
+        near = narrow_lanes(network, lanes, reach_m=reach_m)
+    else:
+        near = frozenset(pair for pair in near if pair[0] in lanes and pair[1] in lanes)
+    beside = dict.fromkeys(network.lanes[lane].edge for lane, _ in sorted(near))
+    free = {edge: _free(network.edges[edge], lanes, parts) for edge in (*changing, *beside)}
+    whole = {e for e in beside if free[e].end_m - free[e].begin_m < least_place_m(needed[e])}
+    narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
+    stretches = {
+        edge: _whole(edge, network.edges[edge].length_m)
+        if edge in whole
+        else _in_the_middle(edge, network.edges[edge].length_m, needed[edge], free[edge])
+        for edge in (*changing, *sorted(whole - changing.keys()))
+    }
+    return stretches, narrow
+
+
+def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, Part]) -> Part:
+    """Return the part in which vehicles may wait on all used lanes of an edge."""
+    own = [parts[lane.id] for lane in edge.lanes if lane.id in lanes and lane.id in parts]
+    begin_m = max((part.begin_m for part in own), default=0.0)
+    return Part(begin_m, min((part.end_m for part in own), default=edge.length_m))
+
+
+def _whole(edge: str, length_m: float) -> Stretch:
+    return Stretch(edge, 0.0, length_m, 0.0, length_m)
+
+
+def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> Stretch:
+    place_m = least_place_m(needed_m)
+    least_m = least_change_m(needed_m)
+    free_m = free.end_m - free.begin_m
+    if free_m >= place_m + least_m + place_m:
+        stretch_m = min(least_m + _ROOMY_M, free_m - 2 * place_m)
+        begin_m = free.begin_m + (free_m - stretch_m) / 2
+        return Stretch(edge, begin_m, begin_m + stretch_m, *free)
+    if free_m >= least_m + place_m:
+        end_m = free.begin_m + min(least_m + _ROOMY_M, free_m - place_m)
+        return Stretch(edge, 0.0, end_m, 0.0, free.end_m)
+    return _whole(edge, length_m)
+
+
+Narrow = frozenset[tuple[str, str]]
+"""Pairs of lanes of two edges that are near each other; each pair in both orders."""
+
+
+def narrow_lanes(network: RoadNetwork, lanes: Iterable[str], *, reach_m: float = REACH_M) -> Narrow:
+    """Find the lanes of different edges that vehicles cannot use side by side.
+
+    Edges that meet at a junction, or cross it at a sharp angle, are near each other for less than a car's
+    length, which does not count. Heights are ignored, as in junctions. O(n log n + k), see `lane_contacts`.
+    """
+    shapes = {lane: network.lanes[lane].shape for lane in lanes}
+    if not shapes:
+        return frozenset()
+    found = lane_contacts(shapes, reach_m)
+    pairs: set[tuple[str, str]] = set()
+    for k in range(len(found.one)):
+        x, y = (network.lanes[found.lanes[n]] for n in (int(found.one[k]), int(found.other[k])))
+        mine_m = float(found.one_end[k] - found.one_begin[k]) * x.length_m
+        theirs_m = float(found.other_end[k] - found.other_begin[k]) * y.length_m
+        if x.edge != y.edge and min(mine_m, theirs_m) > _NARROW_M:
+            pairs |= {(x.id, y.id), (y.id, x.id)}
+    return frozenset(pairs)
+
+
+def find_foes(passages: Iterable[Passage], narrow: Narrow) -> dict[str, frozenset[str]]:
+    """Find the conflicts among passages: for each the ids of its foes.
+
+    Two passages of an edge conflict if they use a common lane, unless they come from one lane and one of them
+    stays on it: then the second vehicle follows the first. Passages of two narrow edges conflict if their
+    lanes are near each other.
+
+    Vehicles that make the same change follow each other too. They have slots in one place after the stretch,
+    in the order in which they come to the stretch, and `Steering` lets each change lanes only behind the one
+    before. So they come to that place in this order, and the first can always go on: the only other vehicles
+    in the lane to which it changes have changed before it, and each of them has a slot to drive into.
+
+    A foe is in the way until it has left the crossing. A vehicle that changes lanes may have to stand, and on
+    a narrow street SUMO does not see oncoming vehicles, so their times cannot be predicted.
+    """
+    by_id = {passage.id: passage for passage in passages}
+    ids: dict[str, set[str]] = {name: set() for name in by_id}
+    on_edge: dict[str, list[Passage]] = {}
+    for passage in by_id.values():
+        on_edge.setdefault(passage.edge, []).append(passage)
+    for together in on_edge.values():
+        for one in together:
+            ids[one.id].update(other.id for other in together if _conflict(one, other))
+    on_lane: dict[str, list[Passage]] = {}
+    for passage in by_id.values():
+        for lane in passage.swept:
+            on_lane.setdefault(f"{passage.edge}_{lane}", []).append(passage)
+    for x, y in narrow:
+        for one in on_lane.get(x, ()):
+            ids[one.id].update(other.id for other in on_lane.get(y, ()))
+    return {name: frozenset(found) for name, found in ids.items()}
+
+
+def _conflict(one: Passage, other: Passage) -> bool:
+    if one.id == other.id or not (one.changes or other.changes):
+        return False
+    if one.lane == other.lane and not (one.changes and other.changes):
+        return False
+    return bool(set(one.swept) & set(other.swept))
+
 
 _SIDE_M = 0.4
 """The least distance that two vehicles keep between their sides [m]."""

@@ -1,25 +1,31 @@
 """The abstraction queues, first part: cuts loops into places and crossings."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from loopgate.abstraction.guides import Target, Turn, find_guides
+import numpy as np
+
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Guide, Itinerary
-from loopgate.abstraction.movements import Conflicts, find_conflicts, reach_m
-from loopgate.abstraction.places import Part, QueuePlace, waiting_parts
-from loopgate.abstraction.stretches import (
+from loopgate.abstraction.movements import (
     LEAST_CAPACITY,
+    Conflicts,
     Narrow,
+    Part,
     Passage,
+    QueuePlace,
     Stretch,
+    find_conflicts,
     find_foes,
     lay_stretches,
     least_change_m,
+    reach_m,
+    waiting_parts,
 )
 from loopgate.abstraction.swept import find_touches
-from loopgate.abstraction.swept_paths import swept_paths_of
-from loopgate.abstraction.tails import tails_over
+from loopgate.abstraction.swept_paths import SweptPath, SweptPaths, drawn, swept_paths_of
+from loopgate.arrays import Floats
 from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.model import StateId
@@ -27,6 +33,168 @@ from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.records import Connection
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
+
+_SHORTEST_M = 0.5
+"""The shortest lane on which SUMO accepts a stop [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """A movement between two places, and the distance from the first place to its end [m]."""
+
+    movement: Connection
+    ahead_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """A lane to reach: the lane of the next place, or a lane from which to change."""
+
+    edge: str
+    lane: int
+    """`edge` and `lane`: the lane."""
+    end_m: float
+    """Where the place, or the change stretch, ends on the lane [m]."""
+    ahead_m: float
+    """Distance from the place before to its beginning [m]."""
+    to_lane: int | None = None
+    """The lane to change to; None for a place."""
+
+    def guide(self) -> Guide:
+        """Return the stop that leads a vehicle to the target lane."""
+        return Guide(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
+
+
+def find_guides(
+    network: RoadNetwork, course: Sequence[Turn | Target], vclass: str
+) -> tuple[Guide, ...] | Connection:
+    """Find the stops that keep a vehicle on the lanes of its loop from place to place.
+
+    Without stops, SUMO chooses among the lanes after a movement by the part of the route that it sees. A
+    vehicle with a stop on a lane takes the lanes that lead there. Where several sequences of lanes lead
+    there, each lane in question gets a stop.
+
+    `course`: the movements and lanes ahead, in order; the last is the next place.
+
+    Returns
+    -------
+    tuple of Guide, or Connection
+        The stops; or the movement whose next lane is too short for a stop.
+    """
+    guides: list[Guide] = []
+    turns: list[Turn] = []
+    for item in course:
+        if isinstance(item, Turn):
+            turns.append(item)
+            continue
+        choices = [turn for turn in turns if _ways(network, turn.movement, vclass) > 1]
+        leads = bool(choices)
+        if choices and _ways_round(network, turns, item.lane, vclass) > 1:
+            leads = choices[-1] is turns[-1]
+            for turn in choices[:-1] if leads else choices:
+                c = turn.movement
+                length_m = network.edges[c.to_edge].length_m
+                if length_m < _SHORTEST_M:
+                    return c
+                guides.append(Target(c.to_edge, c.to_lane, length_m, turn.ahead_m).guide())
+        if leads or item.to_lane is not None:
+            guides.append(item.guide())
+        turns = []
+    return tuple(guides)
+
+
+def _ways(network: RoadNetwork, movement: Connection, vclass: str) -> int:
+    """Return the number of lanes of the next edge to which the movement's lane leads."""
+    between = network.between(movement.from_edge, movement.to_edge, vclass)
+    return sum(c.from_lane == movement.from_lane for c in between)
+
+
+def _ways_round(network: RoadNetwork, turns: Sequence[Turn], lane: int, vclass: str) -> int:
+    """Return the number of sequences of lanes over which the turns lead to a lane without lane changes."""
+    ways = Counter({turns[0].movement.from_lane: 1})
+    for turn in turns:
+        onward: Counter[int] = Counter()
+        for c in network.between(turn.movement.from_edge, turn.movement.to_edge, vclass):
+            onward[c.to_lane] += ways[c.from_lane]
+        ways = onward
+    return ways[lane]
+
+
+_BEHIND_M = np.arange(0.0, 1.6, 0.25)
+"""Rears are checked up to this far beyond the lane [m]; farther on they are out of the way."""
+
+_TURNED_BEHIND_M = np.arange(0.0, 5.1, 0.25)
+"""The same where the movement is shorter than a vehicle, as in a U-turn [m]."""
+
+_BACK = -0.7
+"""Cosine of the angle from which a turn leads back."""
+
+_BESIDE_M = 0.1
+"""Space on either side of a waiting vehicle [m]."""
+
+_LEAST_M = 0.1
+"""Stop lines are at least this far before the end of a lane [m]."""
+
+
+def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
+    """Return for each lane how far before its end [m] a vehicle that has left it can still reach over it.
+
+    In SUMO, a vehicle that stops at the end of a lane keeps no gap to vehicles beyond it. So stop lines must
+    be farther back where paths turn sharply. Lanes with the usual stop line are left out.
+    """
+    found: dict[str, float] = {}
+    for path, bodies in paths.items():
+        inside = network.lanes[path.lane].internal
+        if not (path.before and (inside or _turns_round(network, path))):
+            continue
+        behind_m = _BEHIND_M if inside else _TURNED_BEHIND_M
+        xy, arc, _, begins = drawn(network, path)
+        last_m = network.lanes[path.lane].length_m
+        half_m = bodies.width_m / 2
+        stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
+        # Of a lane that comes twice, the nearer one.
+        lanes = dict(reversed([*zip((path.lane, *path.before), begins, strict=True)]))
+        for lane, begin_m in lanes.items():
+            if network.lanes[lane].internal:
+                continue
+            end_m = begin_m + network.lanes[lane].length_m
+            rear = np.repeat(end_m + behind_m, len(stiff))
+            front = rear + np.tile(stiff, len(behind_m))
+            on_it = (front >= 0.0) & (front <= last_m)
+            swing = _swing_m(xy, arc, front[on_it], rear[on_it], end_m, half_m)
+            if swing > max(found.get(lane, 0.0), _LEAST_M):
+                found[lane] = swing
+    return found
+
+
+def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
+    """Return whether the lane leads back beside the lane before it, over one junction."""
+    lanes = [network.lanes[name] for name in path.before]
+    roads = [lane for lane in lanes if not lane.internal]
+    if not (lanes[0].internal and roads):
+        return False
+    (ax, ay), (bx, by) = network.lanes[path.lane].shape[:2]
+    (cx, cy), (dx, dy) = roads[0].shape[-2:]
+    along = (bx - ax) * (dx - cx) + (by - ay) * (dy - cy)
+    return along < _BACK * math.hypot(bx - ax, by - ay) * math.hypot(dx - cx, dy - cy)
+
+
+def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float, half_m: float) -> float:
+    """Return how far before the end of a lane bodies swing over it [m]."""
+
+    def at(metres: Floats) -> Floats:
+        return np.stack([np.interp(metres, arc, xy[:, axis]) for axis in (0, 1)], axis=-1)
+
+    end, before = at(np.array([end_m, end_m - 1.0]))
+    along = (end - before) / max(np.hypot(*(end - before)), 1e-6)
+    tail = at(rear)
+    ahead = at(front) - tail
+    ahead /= np.maximum(np.hypot(*ahead.T), 1e-6)[:, None]
+    side = half_m * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
+    corners = np.concatenate([tail + side, tail - side]) - end
+    beside = np.abs(corners @ np.array([-along[1], along[0]]))
+    return float(np.max(-(corners @ along), where=beside <= half_m + _BESIDE_M, initial=0.0))
+
 
 _MANY = 1_000_000
 """Stands for any number of vehicles."""

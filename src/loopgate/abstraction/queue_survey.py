@@ -7,9 +7,9 @@ import numpy as np
 import scipy
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
+from loopgate.abstraction.movements import Stretch
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
 from loopgate.abstraction.queues import most_at_start
-from loopgate.abstraction.stretches import Stretch
 from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork

@@ -3,8 +3,7 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from loopgate.abstraction.segments import DEFAULT_RHO_M, needed_length_m
-from loopgate.abstraction.zones import ZoneVisit, cover
+from loopgate.abstraction.segments import DEFAULT_RHO_M, ZoneVisit, cover, needed_length_m
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
@@ -32,7 +31,7 @@ class _Use(NamedTuple):
 class SharingBound:
     """Accepts loops one by one as long as no loop shares more than a limit with the others.
 
-    Shared is the length that lies in zones (`loopgate.abstraction.zones`) once these are fitted to
+    Shared is the length that lies in zones (`loopgate.abstraction.segments`) once these are fitted to
     vehicles of the default type, as a share of the loop's length. Visits that touch are taken apart here,
     which can only overestimate.
 

@@ -14,8 +14,7 @@ import shapely
 from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
 from loopgate.arrays import Floats
 from loopgate.disk import writing
-from loopgate.network.curve import cut_curve, gap
-from loopgate.network.loop import Loop
+from loopgate.network.loop import Loop, cut_curve, gap
 
 _STEPS = (1, 2, 3, 4, 6, 10, 20)
 _ROOM = ("199,221,204", "173,214,181", "127,205,187", "65,182,196", "29,145,192", "34,94,168", "12,44,132")

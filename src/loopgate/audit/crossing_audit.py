@@ -1,26 +1,429 @@
 """Check from recorded positions alone that vehicles exclude each other at crossings and fit into places."""
 
+import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import scipy
+import shapely
 
 from loopgate.arrays import Floats, Ints
-from loopgate.audit.bodies import bends, overlapping
-from loopgate.audit.drawing import conflicts_by_loop, find_meetings, lies_above
+from loopgate.audit.drawing import Drawn, Side, conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import jumps
 from loopgate.audit.exclusion import Clash, Exclusion, Passages
-from loopgate.audit.layout import Layout
+from loopgate.audit.layout import Layout, LoopLeg, LoopWay, VehicleBody
 from loopgate.audit.position_table import Positions, read_positions
-from loopgate.audit.stretches import lay_stretches
+from loopgate.audit.stretches import ROUNDING_M, LoopStretches, lay_stretches
 from loopgate.audit.trace_audit import Finding
-from loopgate.audit.travel import TOLERANCE_M, LoopTable, Traveller
-from loopgate.audit.unmodelled_conflicts import find_unmodelled
+from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT, PLACE, REASON, TAKEN_OUT, TIME, VEHICLE, Event
+
+_STEPS_APART_M = 1e6
+"""Steps are laid so far apart that bodies of different steps are never near [m]."""
+
+_ROUNDING_M = 0.02
+"""Rectangles are taken this much smaller: recorded positions are rounded [m]."""
+
+
+def overlapping(positions: Positions, length_m: Floats, width_m: Floats, bent: Mapping[int, Floats]) -> Ints:
+    """Return the pairs of rows, shape (n, 2), of one step whose bodies overlap.
+
+    Each body is a rectangle behind its recorded front, in its recorded direction. O(n log n) for vehicles
+    on roads, of which few are near each other.
+
+    Parameters
+    ----------
+    positions
+        Rows of any number of steps.
+    length_m, width_m
+        Size of each row's vehicle [m].
+    bent
+        By row, for bodies that are not one rectangle: the points at which its parts meet, see `bends`.
+    """
+    angle = np.deg2rad(positions.angle_deg)
+    ahead = np.stack((np.sin(angle), np.cos(angle)), axis=1)
+    front = np.stack((positions.x_m, positions.y_m), axis=1)
+    row = np.arange(len(front))
+    if bent:
+        first = np.concatenate([points[:-1] for points in bent.values()])
+        rear = np.concatenate([points[1:] for points in bent.values()])
+        whole = np.setdiff1d(row, list(bent))
+        size = np.hypot(*(first - rear).T)
+        row = np.concatenate((whole, np.repeat(list(bent), [len(points) - 1 for points in bent.values()])))
+        front = np.concatenate((front[whole], first))
+        ahead = np.concatenate((ahead[whole], (first - rear) / size[:, None]))
+        length_m, width_m = np.concatenate((length_m[whole], size)), width_m[row]
+    centre = front - ahead * (length_m / 2)[:, None]
+    half = np.stack((length_m, width_m), axis=1) / 2 - _ROUNDING_M
+    _, step = np.unique(positions.time_s, return_inverse=True)
+    reach = 2.0 * float(np.hypot(half[:, 0], half[:, 1]).max(initial=0.0))
+    tree = scipy.spatial.cKDTree(np.column_stack((centre, step[row] * _STEPS_APART_M)))
+    pairs = tree.query_pairs(reach, output_type="ndarray").astype(np.int64)
+    pairs = pairs[row[pairs[:, 0]] != row[pairs[:, 1]]]
+    if not len(pairs):
+        return np.zeros((0, 2), dtype=np.int64)
+    a, b = pairs[:, 0], pairs[:, 1]
+    between = centre[b] - centre[a]
+    apart = np.zeros(len(pairs), dtype=bool)
+    for one, other in ((a, b), (b, a)):  # a line along a side of either keeps two rectangles apart, or none
+        along = ahead[one]
+        across = np.stack((along[:, 1], -along[:, 0]), axis=1)
+        cos = np.abs((ahead[other] * along).sum(axis=1))
+        sin = np.abs((ahead[other] * across).sum(axis=1))
+        apart |= (
+            np.abs((between * along).sum(axis=1))
+            >= half[one, 0] + half[other, 0] * cos + half[other, 1] * sin
+        )
+        apart |= (
+            np.abs((between * across).sum(axis=1))
+            >= half[one, 1] + half[other, 0] * sin + half[other, 1] * cos
+        )
+    return np.unique(np.sort(row[pairs[~apart]], axis=1), axis=0)
+
+
+def bends(layout: Layout, names: Sequence[str], positions: Positions, arcs_m: Floats) -> dict[int, Floats]:
+    """Return the points at which jointed bodies bend, by row, from front to rear, shape (n, 2) [m].
+
+    They bend where lanes end, as SUMO draws them; the angle that SUMO records is that of the first part.
+
+    Parameters
+    ----------
+    layout, names
+        The run's; the vehicles by number.
+    arcs_m
+        Where the front is on its loop [m]; NaN off it: then the recorded angle has to do.
+    """
+    jointed = np.array([layout.vehicles[name].jointed for name in names], dtype=bool)
+    found = {}
+    for row in np.flatnonzero(jointed[positions.vehicle] & ~np.isnan(arcs_m)).tolist():
+        body = layout.vehicles[names[int(positions.vehicle[row])]]
+        front = np.array([positions.x_m[row], positions.y_m[row]])
+        at_m, lane = float(positions.pos_m[row]), str(positions.lane_name[row])
+        loop = layout.loops[body.loop]
+        points = [front, *_behind(layout, loop, lane, at_m, float(arcs_m[row]), body.length_m)]
+        apart = [np.hypot(*(one - two)) > _ROUNDING_M for one, two in pairwise(points)]
+        if any(apart):
+            found[row] = np.array([front, *(p for p, far in zip(points[1:], apart, strict=True) if far)])
+    return found
+
+
+def _behind(
+    layout: Layout, loop: LoopWay, lane: str, pos_m: float, arc_m: float, length_m: float
+) -> Iterator[Floats]:
+    """Yield the ends of the lanes behind the front's on which the body lies, and its rear."""
+    begin_m, half_m = arc_m - pos_m, loop.length_m / 2
+    off = [abs((span.begin_m - begin_m + half_m) % loop.length_m - half_m) for span in loop.spans]
+    k = int(np.argmin(off))
+    at_m, size_m, rear_m = 0.0, loop.spans[k].end_m - loop.spans[k].begin_m, pos_m - length_m
+    for _ in loop.spans:
+        if rear_m >= at_m:
+            break
+        k -= 1
+        lane, size_m = loop.spans[k].lanes[0], loop.spans[k].end_m - loop.spans[k].begin_m
+        at_m -= size_m
+        yield np.asarray(layout.shapes[lane][-1])
+    share = min(max((rear_m - at_m) / max(size_m, _ROUNDING_M), 0.0), 1.0)
+    rear = shapely.LineString(layout.shapes[lane]).interpolate(share, normalized=True)
+    yield np.array([rear.x, rear.y])
+
+
+_STANDING_MPS = 0.1
+_MOST_PASSAGES = 5_000_000
+"""An upper bound on the passages of a vehicle in one piece of its record, of some ten thousand rows."""
+
+_LAPS = 1 << 20  # more laps than a vehicle drives: numbers of passages are counted in this base
+TOLERANCE_M = 0.1
+"""How far beyond the end of its leg a front may be [m]: SUMO's own tolerance for stops."""
+
+
+class LoopTable:
+    """A loop as arrays: the beginnings of its lanes, its legs, and the gaps between their places [m]."""
+
+    def __init__(self, loop: LoopWay, lanes: dict[str, int], stretches: LoopStretches) -> None:
+        self.lap_m = loop.length_m
+        self.stretches = stretches
+        self.begins: dict[int, list[float]] = {}
+        for span in loop.spans:
+            for lane in span.lanes:
+                self.begins.setdefault(lanes[lane], []).append(span.begin_m)
+        self.first = np.full(len(lanes) + 1, np.nan)
+        for lane_number, begins in self.begins.items():
+            self.first[lane_number] = begins[0]
+        self.twice = {number: np.array(begins) for number, begins in self.begins.items() if len(begins) > 1}
+        self.leg_ends = np.array([leg.end_m for leg in loop.legs])
+        following = [*loop.legs[1:], *loop.legs[:1]]
+        laps = [0.0] * (len(loop.legs) - 1) + [loop.length_m]
+        gaps = [
+            (leg.end_m + TOLERANCE_M, after.begin_m + lap)
+            for leg, after, lap in zip(loop.legs, following, laps, strict=True)
+            if after.begin_m + lap - leg.end_m > 2 * TOLERANCE_M
+        ]
+        around = [(b + k * self.lap_m, e + k * self.lap_m) for k in (-1, 0, 1, 2) for b, e in gaps]
+        table = np.array(sorted(around), dtype=np.float64).reshape(-1, 2)
+        self.gap_begins, self.gap_ends = table[:, 0], table[:, 1]
+
+
+def _stretches_of(length_m: float, stretches: LoopStretches) -> LoopStretches:
+    """Return the stretches that a body of some length can be on.
+
+    A stretch is shared by bodies of all lengths: it lasts from the first front to the last rear of those that
+    touch the foe. If it begins farther beyond its end than this body is long, only longer bodies touch. The
+    rules *drawn* and *conflict* check that the abstraction leaves out no body that can touch.
+    """
+    on_it = stretches.begin_m - stretches.end_m <= length_m + 2 * ROUNDING_M
+    if on_it.all():
+        return stretches
+    return LoopStretches(
+        stretches.begin_m[on_it],
+        stretches.end_m[on_it],
+        stretches.group[on_it],
+        stretches.side[on_it],
+        stretches.first,
+    )
+
+
+class Traveller:
+    """Follows a vehicle through consecutive pieces of its recorded positions.
+
+    Parameters
+    ----------
+    grants_s
+        The times at which the gate granted its states to the vehicle, in order [s].
+    leaves_s
+        The times at which, by the trace, its rear left its states, in order [s].
+    end_s
+        The time at which, by the trace, it went off the road [s]; infinity if it did not.
+    """
+
+    def __init__(
+        self,
+        number: int,
+        body: VehicleBody,
+        loop: LoopTable,
+        grants_s: Floats,
+        leaves_s: Floats,
+        end_s: float = np.inf,
+    ) -> None:
+        self.end_s = end_s
+        self.number = number
+        self.body = body
+        self._loop = loop
+        self._stretches = _stretches_of(body.length_m, loop.stretches)
+        self._grants_s = grants_s
+        self._leaves_s = leaves_s
+        # Legs are counted from the one in which it starts; the layout's `start_m` may be some laps off.
+        end = float(loop.leg_ends[body.leg]) if len(loop.leg_ends) else 0.0
+        start = body.start_m
+        while start > end + 1e-6:
+            start -= loop.lap_m
+        while start <= end - loop.lap_m:
+            start += loop.lap_m
+        self._start_m = start
+        self._origin_m: float | None = None
+        self._last: tuple[float, float] | None = None
+        self._stand: tuple[float, float, int] | None = None  # from, until, lane number
+
+    def arcs(self, lane: Ints, pos_m: Floats, odometer_m: Floats) -> Floats:
+        """Return the positions of the front, counted on over laps [m]; NaN on lanes not on its loop.
+
+        The lane says where on the loop the front is, the odometer in which lap. If the loop has the lane
+        twice, the odometer also says at which of the two it is.
+        """
+        if self._origin_m is None and len(odometer_m):
+            self._origin_m = self._start_m - float(odometer_m[0])
+        expected = odometer_m + (self._origin_m or 0.0)
+        arcs = self._loop.first[lane] + pos_m
+        for number, begins in self._loop.twice.items():
+            rows = np.flatnonzero(lane == number)
+            if len(rows):
+                choices = begins[None, :] + pos_m[rows][:, None]
+                off = choices - expected[rows][:, None]
+                off -= np.round(off / self._loop.lap_m) * self._loop.lap_m
+                arcs[rows] = choices[np.arange(len(rows)), np.argmin(np.abs(off), axis=1)]
+        return np.asarray(arcs + np.round((expected - arcs) / self._loop.lap_m) * self._loop.lap_m)
+
+    def pass_over(self, time_s: Floats, arcs_m: Floats) -> tuple[Passages, Passages]:
+        """Return the stretches that the front has reached and those that the rear has left, with the times.
+
+        A vehicle keeps its speed within a step, as SUMO moves it.
+        """
+        s = self._stretches
+        entered: list[Passages] = []
+        if self._last is None:
+            entered.append(self._at_start(float(time_s[0]), float(arcs_m[0])))
+            self._last = float(time_s[0]), float(arcs_m[0])
+        time = np.concatenate(([self._last[0]], time_s))
+        arcs = np.maximum.accumulate(np.concatenate(([self._last[1]], arcs_m)))
+        self._last = float(time[-1]), float(arcs[-1])
+        entered.append(self._reached(s.begin_m, time, arcs))
+        left_m = np.maximum(s.end_m + self.body.length_m, s.begin_m)  # but for rounding the same
+        return Passages.join(entered), self._reached(left_m, time, arcs)
+
+    def gone(self, at_s: float) -> Passages:
+        """Return the stretches that the vehicle was on when it went off the road, left at `at_s`."""
+        s, arc_m = self._stretches, self._last[1] if self._last else -np.inf
+        lap = np.floor((arc_m - s.begin_m) / self._loop.lap_m)
+        on_it = (arc_m - self.body.length_m < s.end_m + lap * self._loop.lap_m) & np.isfinite(lap)
+        rows = np.flatnonzero(on_it)
+        return self._passages(rows, lap[rows].astype(np.int64), np.full(len(rows), at_s))
+
+    def ungranted(self, time_s: Floats, arcs_m: Floats, tolerance_m: float) -> tuple[Ints, Floats]:
+        """Return the rows with the front beyond the legs granted before that step, and how far beyond [m]."""
+        count = len(self._loop.leg_ends)
+        if count < 2:  # noqa: PLR2004  one state all along: no gate
+            return np.zeros(0, dtype=np.int64), np.zeros(0)
+        leg = self.body.leg + np.searchsorted(self._grants_s, time_s, side="left")
+        beyond = arcs_m - self._end_m(leg)
+        rows = np.flatnonzero(beyond > tolerance_m)
+        return rows, beyond[rows]
+
+    def left_too_early(self, time_s: Floats, arcs_m: Floats) -> tuple[Ints, Floats]:
+        """Return the rows with the rear in a state that it has left by the trace, and how far inside [m]."""
+        count = len(self._loop.leg_ends)
+        if count < 2:  # noqa: PLR2004  as above
+            return np.zeros(0, dtype=np.int64), np.zeros(0)
+        given_up = self.body.leg - 1 + np.searchsorted(self._leaves_s, time_s, side="right")
+        within = self._end_m(given_up) - (arcs_m - self.body.length_m)
+        rows = np.flatnonzero((given_up >= self.body.leg) & (within > ROUNDING_M))
+        return rows, within[rows]
+
+    def stands(
+        self, time_s: Floats, arcs_m: Floats, speed_mps: Floats, lane: Ints
+    ) -> list[tuple[float, float, int]]:
+        """Return the stands in crossings that have ended: from, until [s], number of the front's lane."""
+        loop = self._loop
+        where = arcs_m - np.floor(arcs_m / loop.lap_m) * loop.lap_m
+        if not len(loop.gap_ends):
+            return []
+        at = np.searchsorted(loop.gap_ends, where - self.body.length_m, side="right")
+        inside = where > loop.gap_begins[np.minimum(at, len(loop.gap_begins) - 1)]
+        standing = inside & (speed_mps < _STANDING_MPS)
+        ended: list[tuple[float, float, int]] = []
+        if not standing.any() and self._stand is None:
+            return ended
+        for k in range(len(time_s)):
+            if standing[k]:
+                begin = self._stand[0] if self._stand else float(time_s[k])
+                self._stand = (begin, float(time_s[k]), int(lane[k]))
+            elif self._stand:
+                ended.append(self._stand)
+                self._stand = None
+        return ended
+
+    def last_stand(self) -> list[tuple[float, float, int]]:
+        """Return the stand at the end of the record, if there is one."""
+        return [self._stand] if self._stand else []
+
+    def _end_m(self, leg: Ints) -> Floats:
+        lap, position = np.divmod(leg, len(self._loop.leg_ends))
+        return np.asarray(lap * self._loop.lap_m + self._loop.leg_ends[position])
+
+    def _at_start(self, time_s: float, arc_m: float) -> Passages:
+        """Return the stretches that the body is on when the record begins."""
+        s, lap_m = self._stretches, self._loop.lap_m
+        lap = np.floor((arc_m - s.begin_m) / lap_m)  # the last lap in which the front had reached it
+        inside = arc_m - self.body.length_m < s.end_m + lap * lap_m
+        rows = np.flatnonzero(inside)
+        return self._passages(rows, lap[rows].astype(np.int64), np.full(len(rows), time_s))
+
+    def _reached(self, marks_m: Floats, time_s: Floats, arcs_m: Floats) -> Passages:
+        lap_m = self._loop.lap_m
+        first = np.floor((arcs_m[0] - marks_m) / lap_m).astype(np.int64) + 1
+        last = np.floor((arcs_m[-1] - marks_m) / lap_m).astype(np.int64)
+        times = np.maximum(last - first + 1, 0)
+        if times.sum() > _MOST_PASSAGES:
+            msg = f"vehicle {self.number + 1} of the record: it drives {times.max()} laps between two rows"
+            raise ResultsError(msg)
+        rows = np.repeat(np.arange(len(marks_m)), times)
+        lap = np.arange(len(rows)) - np.repeat(np.cumsum(times) - times, times) + first[rows]
+        at_m = marks_m[rows] + lap * lap_m
+        k = np.clip(np.searchsorted(arcs_m, at_m, side="left"), 1, len(arcs_m) - 1)
+        gained = arcs_m[k] - arcs_m[k - 1]
+        share = np.where(gained > 0, (at_m - arcs_m[k - 1]) / np.where(gained > 0, gained, 1.0), 1.0)
+        return self._passages(rows, lap, time_s[k - 1] + share * (time_s[k] - time_s[k - 1]))
+
+    def _passages(self, rows: Ints, lap: Ints, time_s: Floats) -> Passages:
+        s = self._stretches
+        key = ((s.first + rows) * _LAPS + lap + _LAPS // 2) * _LAPS + self.number
+        vehicle = np.full(len(rows), self.number, dtype=np.int64)
+        return Passages(key.astype(np.int64), s.group[rows], s.side[rows], vehicle, time_s)
+
+
+_BESIDE_M = 0.5
+"""How far a drawn stretch may reach beyond the stretch of the abstraction [m]."""
+
+Stretch = tuple[float, float] | None
+
+
+def find_unmodelled(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
+    """Return the drawn conflicts that the abstraction does not cover: two lanes and the fault.
+
+    No body may touch a body that waits in a place. Of two bodies that are between places, some movement of
+    the first must be a foe of some movement of the second, over the whole drawn stretch. A layout without
+    crossings has no movements: the list is then empty.
+    """
+    if not any(leg.crossings for loop in layout.loops.values() for leg in loop.legs):
+        return []
+    found: dict[tuple[str, str], str] = {}
+    for meeting in drawn:
+        one, other = (
+            side._replace(begin_m=side.begin_m + loops[side.loop], end_m=side.end_m + loops[side.loop])
+            for side, loops in zip((meeting.one, meeting.other), meeting.loops, strict=True)
+        )
+        if one.waits or other.waits:
+            found[one.lane, other.lane] = "can touch as drawn, where one of them may wait"
+            continue
+        said = list(_foes(layout, one, other))
+        if not said:
+            found[one.lane, other.lane] = "can touch as drawn, but are no foes"
+            continue
+        beyond = max(_beyond(layout, side, [s[k] for s in said]) for k, side in enumerate((one, other)))
+        if beyond > _BESIDE_M:
+            found[one.lane, other.lane] = f"can touch as drawn {beyond:.1f} m beyond the stretch they share"
+    return [(one, other, text) for (one, other), text in sorted(found.items())]
+
+
+def _foes(layout: Layout, one: Side, other: Side) -> Iterator[tuple[Stretch, Stretch]]:
+    """Yield the stretches that two conflicting movements share by the abstraction, each along its own way."""
+    theirs = [crossing for leg in _under_way(layout, other) for crossing in leg.crossings]
+    for leg in _under_way(layout, one):
+        for movement, foes in leg.crossings:
+            for foe, back in theirs:
+                if foe in foes and movement in back:
+                    yield foes[foe], back[movement]
+
+
+def _under_way(layout: Layout, side: Side) -> list[LoopLeg]:
+    """Return the legs between whose place and the next place a body of this side may be."""
+    loop = layout.loops[side.loop]
+    legs = []
+    for leg, following in zip(loop.legs, [*loop.legs[1:], *loop.legs[:1]], strict=True):
+        over_m = (following.begin_m - leg.end_m) % loop.length_m
+        front = (side.begin_m - leg.end_m + _BESIDE_M) % loop.length_m
+        rear = (side.end_m - leg.end_m) % loop.length_m
+        if front <= over_m + side.begin_m - side.end_m + _BESIDE_M or rear <= over_m:
+            legs.append(leg)
+    return legs
+
+
+def _beyond(layout: Layout, side: Side, stretches: Sequence[Stretch]) -> float:
+    """Return how far bodies touch outside the abstraction's stretches, on either end [m]."""
+    lap_m = layout.loops[side.loop].length_m
+    before, behind = math.inf, math.inf
+    for stretch in stretches:
+        if stretch is None:
+            return 0.0
+        lap = round((side.begin_m - stretch[0]) / lap_m) * lap_m
+        before = min(before, stretch[0] + lap - side.begin_m)
+        behind = min(behind, side.end_m - stretch[1] - lap)
+    return max(before, behind)
+
 
 _MOST_FINDINGS = 200
 """How many findings of one rule are reported with their text; further ones are only counted."""

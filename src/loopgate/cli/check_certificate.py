@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.progress import Report, show_progress
+from loopgate.cli.terminal import Report, print_json, show_progress
 from loopgate.errors import SystemFileError
 from loopgate.reading import refusing
 

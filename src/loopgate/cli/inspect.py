@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.numbers import FiniteRange
+from loopgate.cli.terminal import FiniteRange
 from loopgate.errors import ScenarioError
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from loopgate.cli.inspect_shared import (
     print_reach,
     print_warnings,
 )
-from loopgate.cli.json_output import print_json
 from loopgate.cli.tables import console
+from loopgate.cli.terminal import print_json
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile

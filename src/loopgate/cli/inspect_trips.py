@@ -3,8 +3,8 @@
 from typing import Any
 
 from loopgate.cli.inspect_shared import print_warnings
-from loopgate.cli.json_output import print_json
 from loopgate.cli.tables import console, print_table
+from loopgate.cli.terminal import print_json
 from loopgate.reading import counted
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.scenario import Scenario

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.numbers import LENGTH_RANGE, FiniteRange
+from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, print_json
 
 if TYPE_CHECKING:
     from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
@@ -214,7 +213,7 @@ class LoopsWish:
 def _random_loops(wish: LoopsWish) -> None:
     from loopgate.abstraction.segments import DEFAULT_RHO_M
     from loopgate.abstraction.sharing import SharingBound
-    from loopgate.cli.progress import show_progress
+    from loopgate.cli.terminal import show_progress
     from loopgate.network import find_loops
     from loopgate.network.cover.wishes import read_streets
     from loopgate.network.routes_text import routes_text

@@ -9,8 +9,7 @@ from typing import cast
 
 import click
 
-from loopgate.cli.interrupts import EXIT_INTERRUPTED, listen
-from loopgate.cli.json_output import only_json
+from loopgate.cli.terminal import EXIT_INTERRUPTED, listen, only_json
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
 from loopgate.versions import DISTRIBUTION, ledger_kind

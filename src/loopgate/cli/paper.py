@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import print_json, show_progress
 
 
 @click.command()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from loopgate.cli.json_output import print_json
+from loopgate.cli.terminal import print_json
 
 
 @click.command(
@@ -43,9 +43,9 @@ def read_fcd(
     The simulation need not know loopgate. The run folder has figures, the idleness of each street and
     deadlocks; replay and report work on it.
     """
-    from loopgate.cli.progress import show_progress
     from loopgate.cli.run import exit_code
     from loopgate.cli.tables import print_summary
+    from loopgate.cli.terminal import show_progress
     from loopgate.simulation.fcd.folder import write_fcd_run
 
     with show_progress("simulated seconds") as report:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from loopgate.cli.opening import open_page
+from loopgate.cli.terminal import open_page
 
 
 @click.command(
@@ -33,7 +33,7 @@ def replay(*, runs: tuple[Path, ...], out: Path | None, export: Path | None, ope
     follow it and read why it waits, step to the next refusal, deadlock or lap. Vehicles are drawn on the
     lanes of their loops; runs made with --positions show the lanes they took, and vehicles on no loop.
     """
-    from loopgate.cli.progress import show_progress
+    from loopgate.cli.terminal import show_progress
     from loopgate.replay import make_replay
 
     with show_progress("replay, percent") as report:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.opening import open_page
+from loopgate.cli.terminal import open_page, print_json
 
 if TYPE_CHECKING:
     from loopgate.runs.results import Results
@@ -44,7 +43,7 @@ def report(
 
     The page opens offline and prints; figures (SVG, PNG) and tables (CSV, LaTeX) go beside it.
     """
-    from loopgate.cli.progress import show_progress
+    from loopgate.cli.terminal import show_progress
     from loopgate.report.page import write_report
     from loopgate.runs.results import read_results
 

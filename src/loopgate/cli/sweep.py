@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.numbers import FiniteRange
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import FiniteRange, print_json, show_progress
 from loopgate.errors import SweepError
 
 if TYPE_CHECKING:

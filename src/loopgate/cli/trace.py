@@ -5,7 +5,7 @@ from time import perf_counter
 
 import click
 
-from loopgate.cli.json_output import print_json
+from loopgate.cli.terminal import print_json
 
 
 @click.command()

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import print_json, show_progress
 from loopgate.disk import writing
 from loopgate.errors import GateError
 from loopgate.foreign import blaming, is_ours

@@ -11,8 +11,7 @@ from threading import Thread
 
 import click
 
-from loopgate.cli.json_output import print_json
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import print_json, show_progress
 from loopgate.errors import LoopgateError
 
 _PRINTED = "compiled:"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.ledger import Ledger
 from loopgate.control.paths import Paths
 from loopgate.errors import TrafficError

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from math import inf
 from typing import Final
 
-from loopgate.abstraction.itinerary import DrawnLeg
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import DrawnLeg, Track
 from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
 from loopgate.control.ledger import Ledger
 from loopgate.control.motion import STANDING_MPS

@@ -7,7 +7,7 @@ from math import inf
 from time import perf_counter
 from types import MappingProxyType
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.arrivals import Arrivals
 from loopgate.control.brakes import Brakes
 from loopgate.control.courtesy import Courtesy

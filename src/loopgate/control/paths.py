@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
 from loopgate.control.layout import Drawings, Layout
 from loopgate.control.places import Leg

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from loopgate.abstraction.track import Track, rounds_from
+from loopgate.abstraction.itinerary import Track, rounds_from
 from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.traffic.base import Insertion
 

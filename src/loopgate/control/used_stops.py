@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
 from loopgate.control.places import Vehicle
 from loopgate.traffic.base import Traffic

@@ -1,9 +1,9 @@
 """VBanker, the variant of the Banker's algorithm that Zhou et al. 2020 compare with (Section 5.3)."""
 
+from loopgate.gates.algorithm2 import safe_walk
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.collision import collision_decision
 from loopgate.gates.following import Follower
-from loopgate.gates.walks import safe_walk
 from loopgate.model import Placement
 
 

@@ -15,7 +15,7 @@ from importlib.metadata import entry_points
 from loopgate.errors import GateError
 from loopgate.foreign import blaming, is_ours
 from loopgate.gates.base import Gate, TimedGate
-from loopgate.gates.careful import check_methods
+from loopgate.gates.following import check_methods
 from loopgate.model import System
 from loopgate.plugins import Plugins
 from loopgate.reading import shown

@@ -3,9 +3,8 @@
 from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.packaged import packaged_networks
 from loopgate.network.records import Connection, Edge, Junction, Lane
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import RoadNetwork, packaged_networks
 from loopgate.network.routes_file import read_loops
 from loopgate.network.routes_text import write_loops
 from loopgate.network.sumo_config import read_sumo_config

@@ -5,7 +5,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
-from loopgate.network.distributions import routes_named
+from loopgate.network.vehicle_type import routes_named
 from loopgate.network.xml_file import read_xml, write_xml
 
 FLEET = frozenset({"vehicle", "flow", "trip"})

@@ -1,29 +1,403 @@
-"""The road network, read from a SUMO network file. Only this module uses sumolib."""
+"""The road network, read from a SUMO network file. Only this module uses sumolib.
+
+SUMO crashes without a message on many networks in which they do not fit. Nets and connections are objects of
+sumolib.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import importlib.util
 import xml.sax
-from collections.abc import Collection, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import IO, Any
+from xml.etree import ElementTree as ET
 
 import sumolib
 from sumolib.net.lane import SUMO_VEHICLE_CLASSES
 
 from loopgate.cache import Cache, without_collection
 from loopgate.errors import NetworkError
-from loopgate.network.content import content_identity
-from loopgate.network.diagnosis import first_fault
-from loopgate.network.inside import check_inside, lanes_over
-from loopgate.network.packaged import PACKAGED, packaged_network
 from loopgate.network.records import Connection, Edge, Junction, Lane, Points
-from loopgate.network.soundness import check_sound
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.xml_file import check_root, open_xml
-from loopgate.reading import refusing
+from loopgate.network.xml_file import check_root, included, open_xml
+from loopgate.reading import meant, refusing, shown
+
+PACKAGED = "sumo:"
+"""Prefix of the names of networks that ship in the SUMO package."""
+
+
+def packaged_networks() -> dict[str, Path]:
+    """Return names and files of the networks in the SUMO package (its folder ``tools/game``).
+
+    Examples
+    --------
+    >>> from loopgate.network import packaged_networks
+    >>> packaged_networks()["DRT"].name
+    'osm.net.xml'
+    """
+    spec = importlib.util.find_spec("sumo")
+    if spec is None or not spec.submodule_search_locations:
+        return {}
+    found: dict[str, Path] = {}
+    for home in spec.submodule_search_locations:
+        for file in sorted(Path(home, "tools", "game").glob("*/*.net.xml*")):
+            found.setdefault(file.parent.name, file)
+    return found
+
+
+def packaged_network(name: str) -> Path:
+    """Return the file of a network in the SUMO package, ``sumo:NAME``.
+
+    Raises `NetworkError` if there is none of that name.
+    """
+    known = packaged_networks()
+    try:
+        return known[name.removeprefix(PACKAGED)]
+    except KeyError:
+        names = [PACKAGED + one for one in known]
+        has = f"; there are {', '.join(names)}" if known else "; pip install eclipse-sumo"
+        msg = f"{name}: no such network in the SUMO package{has}{meant(name, names)}"
+        raise NetworkError(msg) from None
+
+
+_SAME_STREET = 0.2
+"""Two directions of a street differ in length by at most this share."""
+
+
+def both_ways(network: RoadNetwork, edges: Sequence[str], apart: Collection[str] = ()) -> list[list[str]]:
+    """Return the edges by street: both directions together, or alone.
+
+    An edge stands alone if its opposite is not among the edges, or if either of the two is in `apart`.
+    """
+    alone = set(apart)
+    waiting: dict[tuple[str, str], list[str]] = {}
+    streets: list[list[str]] = []
+    for edge in edges:
+        ends = network.edges[edge].from_junction, network.edges[edge].to_junction
+        other = _opposite(network.edges[edge], waiting.get((ends[1], ends[0]), ()), network)
+        if other is not None and alone & {edge, other}:
+            streets.append([edge])
+            waiting[ends[1], ends[0]].remove(other)
+        elif other is None:
+            streets.append([edge])
+            waiting.setdefault(ends, []).append(edge)
+        else:
+            waiting[ends[1], ends[0]].remove(other)
+            next(street for street in streets if street == [other]).append(edge)
+    return streets
+
+
+def _opposite(edge: Edge, others: Sequence[str], network: RoadNetwork) -> str | None:
+    """Return the opposite edge between the same junctions, of about the same length."""
+    for other in others:
+        if abs(network.edges[other].length_m - edge.length_m) <= _SAME_STREET * edge.length_m:
+            return other
+    return None
+
+
+def content_identity(path: Path) -> str:
+    """Return the SHA-256 of a file and of the files that it names.
+
+    Raises `OSError` if a file cannot be read.
+    """
+    digests = [hashlib.sha256(member.read_bytes()).hexdigest() for member in members(path)]
+    return digests[0] if len(digests) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
+
+
+def members(path: Path) -> list[Path]:
+    """Return the file and the files that it needs: named by a ``.sumocfg``, or included."""
+    path = path.resolve()
+    if not is_sumo_config(path):
+        return [path] if ".net.xml" in path.name else [path, *included(path)]  # networks are large
+    config = read_sumo_config(path)
+    beside = [one.resolve() for one in (*config.route_files, *config.additional_files)]
+    return [path, config.net_file.resolve(), *(one for file in beside for one in (file, *included(file)))]
+
+
+_NEEDED: dict[str, tuple[str, ...]] = {
+    "edge": ("id",),
+    "lane": ("id", "index", "speed", "length", "shape"),
+    "junction": ("id", "type", "x", "y"),
+    "request": ("index", "response", "foes"),
+    "phase": ("duration", "state"),
+    "connection": ("from", "to", "fromLane", "toLane", "dir"),
+}
+_WHOLE = {"index", "fromLane", "toLane"}
+_NUMBERS = {"x", "y", "length", "speed", "width"}
+_DIMENSIONS = {2, 3}
+
+
+def first_fault(stream: IO[bytes], file: Path) -> str:
+    """Return the first invalid element or reference of the network; empty if there is none.
+
+    Parameters
+    ----------
+    stream
+        The file's content, which is read to its end.
+    file
+        Its name, for the message.
+    """
+    try:
+        text = next(_faults(stream), "")
+    except (ET.ParseError, ValueError, LookupError, OSError):
+        return ""  # no XML: the reader has said so
+    return f"{file}: {text}; repair it in netedit or build it anew with netconvert" if text else ""
+
+
+def _faults(stream: IO[bytes]) -> Iterator[str]:
+    lanes: Counter[str] = Counter()
+    junctions: set[str] = set()
+    ends: list[tuple[str, str]] = []
+    links: list[tuple[str, str, str]] = []
+    named: set[str] = set()
+    over: list[tuple[str, str]] = []
+    edge = ""
+    for _, element in ET.iterparse(stream, events=("start",)):  # noqa: S314  read before, by the same parser
+        get = element.get
+        name = f"{element.tag} {shown(get('id') or get('from') or get('index') or '')[1:-1]}".strip()
+        yield from (f"{name}: {text}" for text in _values(element))
+        if element.tag == "edge":
+            edge = get("id", "")
+            ends += [(name, get(end, "")) for end in ("from", "to") if get("function", "normal") == "normal"]
+        elif element.tag == "lane":
+            lanes[edge] += 1
+            named.add(get("id", ""))
+        elif element.tag == "junction":
+            junctions.add(get("id", ""))
+        elif element.tag == "connection":
+            links += [(name, get(end, ""), get(f"{end}Lane", "")) for end in ("from", "to")]
+            over.append((name, get("via", "")))
+        element.clear()
+    yield from (f"{name}: there is no junction {shown(end)}" for name, end in ends if end not in junctions)
+    for name, end, lane in links:
+        if not 0 <= int(lane) < lanes[end]:
+            yield f"{name}: there is no lane {shown(lane)} on an edge {shown(end)}"
+    yield from (f"{name}: there is no lane {shown(via)}" for name, via in over if via and via not in named)
+
+
+def _values(element: ET.Element) -> Iterator[str]:
+    for attribute in _NEEDED.get(element.tag, ()):
+        if attribute not in element.attrib:
+            yield f"it has no {attribute}"
+    if element.tag not in _NEEDED:
+        return
+    for attribute, text in element.attrib.items():
+        if attribute in _WHOLE and not _is(int, text):
+            yield f"{attribute} is {shown(text)}; expected a whole number"
+        if attribute in _NUMBERS and not _is(float, text):
+            yield f"{attribute} is {shown(text)}; expected a number"
+        if attribute == "shape":
+            for point in text.split():
+                parts = point.split(",")
+                if len(parts) not in _DIMENSIONS or not all(_is(float, part) for part in parts):
+                    yield f"its shape has the point {shown(point)}; expected x,y or x,y,z"
+
+
+def _is(kind: type[int | float], text: str) -> bool:
+    try:
+        kind(text)
+    except ValueError:
+        return False
+    return True
+
+
+def check_inside(
+    net: Any,  # noqa: ANN401  sumolib has no types
+    file: Path,
+    waiting: Collection[tuple[str, int]],
+    between: Collection[str],
+) -> None:
+    """Raise `NetworkError` if the lanes inside junctions do not fit.
+
+    Parameters
+    ----------
+    waiting
+        Requests with ``cont``, as junction and index: a vehicle may wait on the first of two internal lanes.
+    between
+        Junctions between two internal lanes, each named like the second.
+    """
+    _check_named(net, file)
+    _check_led_over(net, file)
+    _check_waiting(net, file, waiting)
+    _check_between(net, file, between)
+    _check_listed(net, file)
+
+
+def lanes_over(net: Any, connection: Any, file: Path) -> tuple[str, ...]:  # noqa: ANN401  sumolib has no types
+    """Return the internal lanes of a movement, through internal junctions too.
+
+    Raises `NetworkError` if the last of them does not lead to the movement's end: SUMO crashes without a
+    message on some of these networks.
+    """
+    chain: list[str] = []
+    lane_id, outgoing = connection.getViaLaneID(), []
+    while lane_id and lane_id not in chain:
+        chain.append(lane_id)
+        outgoing = net.getLane(lane_id).getOutgoing()
+        lane_id = outgoing[0].getViaLaneID() if outgoing else ""
+    to = connection.getTo()
+    if chain and not any(one.getTo() is to for one in outgoing):
+        leads = f"leads to {outgoing[0].getTo().getID()}" if outgoing else "leads nowhere"
+        begin, _, lane = chain[-1].rpartition("_")
+        msg = (
+            f"{file}: connection {connection.getFrom().getID()} to {to.getID()}: its internal lane "
+            f'{chain[-1]} {leads}; a <connection from="{begin}" fromLane="{lane}" to="{to.getID()}" .../> is '
+            f"missing: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
+    return tuple(chain)
+
+
+def _check_named(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if no connection leads over the internal lanes of a junction that has some."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = {edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal"}
+    if inside and not any(used):
+        msg = (
+            f"{file}: no connection names the internal lane that it leads over (via), though there are "
+            f"{len(inside)} internal edges, such as {min(inside)}: build the network anew with netconvert"
+        )
+        raise NetworkError(msg)
+
+
+def _check_led_over(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if no connection leads over an internal lane, or a junction lists too few."""
+    used = {c.getViaLaneID() for edge in net.getEdges() for some in edge.getOutgoing().values() for c in some}
+    inside = sorted(edge.getID() for edge in net.getEdges() if edge.getFunction() == "internal")
+    lanes = (lane.getID() for name in inside for lane in net.getEdge(name).getLanes())
+    if lane := next((lane for lane in lanes if lane not in used), ""):
+        what = f"no connection leads over the internal lane {lane}"
+        msg = f"{file}: {what}: build the network anew with netconvert"
+        raise NetworkError(msg)
+    for node in net.getNodes():
+        has, needs = sum(map(bool, node.getInternal())), len(node._prohibits)  # noqa: SLF001  they have no other name
+        if node.getType() != "internal" and 0 < has < needs:
+            what = f"junction {node.getID()}: {has} lanes in intLanes for {needs} requests"
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_waiting(net: Any, file: Path, waiting: Collection[tuple[str, int]]) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if there is no second internal lane for a movement that may wait on the first."""
+    inside = [edge for edge in net.getEdges() if edge.getFunction() == "internal"]
+    second = {c.getViaLaneID() for edge in inside for some in edge.getOutgoing().values() for c in some}
+    for name, index in sorted(waiting):
+        lanes = net.getNode(name).getInternal()
+        lane = lanes[index] if index < len(lanes) else ""
+        if lane and lane not in second:
+            what = (
+                f"junction {name}: request {index} has cont, but its movement only the internal lane {lane}"
+            )
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_between(net: Any, file: Path, between: Collection[str]) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if there is no junction between the two internal lanes of a movement.
+
+    SUMO crashes when a vehicle would wait there.
+    """
+    for first in (edge for edge in net.getEdges() if edge.getFunction() == "internal"):
+        movements = (c for some in first.getOutgoing().values() for c in some)
+        seconds = (c.getViaLaneID() for c in movements)
+        if lane := next((lane for lane in seconds if lane and lane not in between), ""):
+            what = f"there is no internal junction {lane} between edge {first.getID()} and lane {lane}"
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+def _check_listed(net: Any, file: Path) -> None:  # noqa: ANN401  sumolib has no types
+    """Raise `NetworkError` if a junction with requests does not list a lane that leads over it."""
+    for node in net.getNodes():
+        if node.getType() == "internal" or not node._prohibits:  # noqa: SLF001 - it has no other name
+            continue
+        listed = set(node._incLanes)  # noqa: SLF001 - as above
+        roads = [edge for edge in node.getIncoming() if edge.getFunction() == ""]
+        lanes = (lane for edge in roads for lane in edge.getLanes() if lane.getOutgoing())
+        if lane := next((lane.getID() for lane in lanes if lane.getID() not in listed), ""):
+            what = f"junction {node.getID()}: incLanes lacks {lane}, from which a connection leads over it"
+            msg = f"{file}: {what}: build the network anew with netconvert"
+            raise NetworkError(msg)
+
+
+_LARGEST_COORDINATE_M = 1e8
+"""Larger than the Earth in any projection; squares of differences stay finite and exact to the millimetre
+[m]."""
+_LONGEST_LANE_M = 1e6
+_SHORTEST_LANE_M = 1e-6
+"""Far below what SUMO writes; shorter lanes would give directions that are no finite numbers [m]."""
+_WIDEST_LANE_M = 1e3
+_FASTEST_MPS = 1e4
+_FEWEST_POINTS = 2
+
+
+def check_sound(network: RoadNetwork) -> None:
+    """Check lengths, speeds, widths and shapes of a network, and that connections lead from lane to lane.
+
+    Raises `NetworkError` if something makes no sense; the text names the file and the lane, edge, junction or
+    connection. O(size of the network).
+    """
+    file = network.file
+    for lane in network.lanes.values():
+        _within(file, f"lane {lane.id}: its length", lane.length_m, _LONGEST_LANE_M, least=_SHORTEST_LANE_M)
+        _within(file, f"lane {lane.id}: its speed", lane.speed_mps, _FASTEST_MPS, or_zero=True)
+        _within(file, f"lane {lane.id}: its width", lane.width_m, _WIDEST_LANE_M)
+        _drawn(file, f"lane {lane.id}", lane.shape, _FEWEST_POINTS)
+        for height in lane.heights:
+            _within(
+                file, f"lane {lane.id}: how high it lies", abs(height), _LARGEST_COORDINATE_M, or_zero=True
+            )
+    for edge in network.edges.values():
+        if not edge.lanes:
+            _fail(file, f"edge {edge.id}: it has no lanes")
+        for end in (edge.from_junction, edge.to_junction):
+            if end not in network.junctions:
+                _fail(file, f"edge {edge.id}: its junction {end} is not in the network")
+    for junction in network.junctions.values():
+        _drawn(file, f"junction {junction.id}", ((junction.x, junction.y), *junction.shape), 1)
+    for connection in network.connections:
+        _leads(network, connection)
+
+
+def _leads(network: RoadNetwork, connection: Connection) -> None:
+    what = f"connection {connection.id}"
+    for edge, lane in (
+        (connection.from_edge, connection.from_lane),
+        (connection.to_edge, connection.to_lane),
+    ):
+        if edge not in network.edges or not 0 <= lane < len(network.edges[edge].lanes):
+            _fail(network.file, f"{what}: there is no lane {lane} on edge {edge}")
+    for via in connection.via:
+        if via not in network.lanes:
+            _fail(network.file, f"{what}: it leads over lane {via}, which is not in the network")
+
+
+def _within(
+    file: Path, what: str, number: float, most: float, *, or_zero: bool = False, least: float = 0.0
+) -> None:
+    if not (least < number <= most or (or_zero and number == 0.0)):
+        above = "from 0" if or_zero else f"above {least:g}"
+        _fail(file, f"{what} is {number:g}; expected a number {above} and up to {most:g}")
+
+
+def _drawn(file: Path, what: str, shape: Points, fewest: int) -> None:
+    if len(shape) < fewest:
+        _fail(file, f"{what}: its shape has {len(shape)} points; expected at least {fewest}")
+    for x, y in shape:
+        if not (abs(x) <= _LARGEST_COORDINATE_M and abs(y) <= _LARGEST_COORDINATE_M):
+            _fail(file, f"{what}: it is drawn through {x:g},{y:g}; expected metres up to 1e8")
+
+
+def _fail(file: Path, what: str) -> None:
+    msg = f"{file}: {what}"
+    raise NetworkError(msg)
+
 
 VEHICLE_CLASSES: frozenset[str] = frozenset(SUMO_VEHICLE_CLASSES)
 """All that SUMO has."""

@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.cache import Cache
 from loopgate.errors import RouteError
 from loopgate.network.additional import FLEET, demand_beside
-from loopgate.network.asked_vehicle import AskedVehicle, RouteChoice
-from loopgate.network.clock import time_of
-from loopgate.network.content import content_identity
-from loopgate.network.departures import depart_s, read_flow
-from loopgate.network.distributions import parts, refuse_nothing, share_of
+from loopgate.network.clock import as_number, time_of
 from loopgate.network.lanes import make_loop
-from loopgate.network.left_out import left_out, wayless
 from loopgate.network.loop import Loop
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import RoadNetwork, content_identity
 from loopgate.network.route_lanes import RouteChoices
 from loopgate.network.stops import (
+    STOP_ATTRIBUTES,
     Stop,
     StoppingPlace,
     lanes_of_stops,
@@ -29,12 +27,219 @@ from loopgate.network.stops import (
     read_stops,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import LedVehicle, closes, drives_once, lead_trips, one_round
+from loopgate.network.trips import MIDDLE, LedVehicle, closes, drives_once, lead_trips, one_round
 from loopgate.network.ungated import UngatedFleet, take_ungated
-from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
-from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType, vehicle_type
+from loopgate.network.vehicle_demand import (
+    FLOW_ATTRIBUTES,
+    Flow,
+    RoutesFile,
+    VehicleDemand,
+    depart_s,
+    read_flow,
+)
+from loopgate.network.vehicle_type import (
+    DEFAULT_TYPE,
+    VehicleType,
+    parts,
+    refuse_nothing,
+    share_of,
+    vehicle_type,
+)
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import as_path, is_file, of_kind, refusing, shown
+from loopgate.reading import as_path, counted, is_file, of_kind, refusing, shown
+
+_BEYOND_M = 10.0
+"""Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
+
+_CARRIED = ("color", "line", "personNumber", "containerNumber")
+"""Attributes of vehicles that SUMO gets unchanged."""
+
+_CARRIED_ONCE = ("departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", *MIDDLE)
+"""Further such attributes, for vehicles that drive once."""
+
+
+@dataclass(frozen=True, slots=True)
+class RouteChoice:
+    """A route that a vehicle may be drawn for: its share, the first fitting type, and all stops on it."""
+
+    route: str
+    share: float
+    vclass: str
+    type: VehicleType
+    stops: tuple[Stop, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class AskedVehicle:
+    """A vehicle or flow of the file, before its loops are made."""
+
+    element: ET.Element
+    depart_s: float
+    flow: Flow | None
+    types: tuple[tuple[VehicleType, float], ...]
+    ways: tuple[RouteChoice, ...]
+
+    def on_loops(self, loops: Mapping[str, Loop], path: Path) -> VehicleDemand:
+        """Return the vehicle with its departure position and its stops."""
+        ways = tuple((self._on(loops[way.route], way, path), way.share) for way in self.ways)
+        first = ways[0][0]
+        return replace(
+            first,
+            types=self.types if len(self.types) > 1 else (),
+            ways=ways if len(ways) > 1 or first.vclass else (),
+        )
+
+    def _on(self, loop: Loop, way: RouteChoice, path: Path) -> VehicleDemand:
+        name, said = self.element.get("id", ""), self.element.attrib
+        what = f"{path}: vehicle {name}"
+        try:
+            edge = int(said.get("departEdge") or 0) % len(loop.edges)
+        except ValueError:
+            edge = 0  # "random" and the like
+        carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
+        return VehicleDemand(
+            name,
+            loop,
+            way.type,
+            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
+            depart_s=self.depart_s,
+            flow=self.flow,
+            edge=edge,
+            stops=on_loop(loop, way.stops, what),
+            attributes={key: said[key] for key in carried if said.get(key)},
+            parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
+            vclass=way.vclass,
+        )
+
+
+def _depart(what: str, loop: Loop, edge: int, position: str) -> float | None:
+    """Return the arc length of a departure position; None if the position is no number."""
+    try:
+        position_m = float(position)
+    except ValueError:
+        return None  # "base", "random", "free": SUMO would choose
+    span = loop.roads[edge]
+    if not abs(position_m) <= span.length_m + _BEYOND_M:
+        msg = f"{what}: departPos is {shown(position)}; edge {span.edge} is {span.length_m:g} m long"
+        raise RouteError(msg)
+    return span.begin_m + (position_m if position_m >= 0 else span.length_m + position_m)
+
+
+_OF_VEHICLES = {"id", "type", "route", "departEdge", "color", "line", "personNumber", "containerNumber"}
+
+_TAKEN = {
+    "routes": set[str](),
+    "route": {"id", "edges", "cycleTime"},
+    "routeDistribution": {"id", "routes", "probabilities"},
+    "vTypeDistribution": {"id", "vTypes", "probabilities"},
+    "vehicle": {*_OF_VEHICLES, "depart"},
+    "trip": {*_OF_VEHICLES, "depart"},
+    "flow": {*_OF_VEHICLES, *FLOW_ATTRIBUTES},
+    "stop": STOP_ATTRIBUTES,
+}
+"""Elements, and their attributes, that loopgate reads; attributes of types are passed on unchanged."""
+
+_DRAWN = {"routeDistribution": frozenset({"probability", "refId"})}
+"""Attributes that loopgate reads in inner elements."""
+
+_FLEET = ("vehicle", "flow", "trip")
+
+_ONCE = frozenset(
+    {"from", "to", "via", "fromJunction", "toJunction", "viaJunctions", "fromTaz", "toTaz", "repeat"}
+    | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
+    | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
+)
+"""Further attributes that loopgate reads of vehicles that drive once."""
+
+_AS_IT_IS = {"departSpeed": 0.0}
+"""Attributes with a value that has no effect."""
+
+_MEANS = {
+    "departPos": "a vehicle departs where its place has room",
+    "departLane": "a vehicle starts on the lane that its loop needs there",
+    "departSpeed": "vehicles start from rest",
+    "speedFactor": "give it as speedFactor of a vType, so that the gate knows of it",
+    "person": "give persons in the file with the stops, or of ordinary traffic",
+    "personFlow": "give persons in the file with the stops, or of ordinary traffic",
+    "container": "give containers in the file with the stops",
+    "containerFlow": "give containers in the file with the stops",
+    "repeat": "every loop is driven round and round",
+    "index": "stops are made in the order of the loop",
+    "started": "it is what SUMO writes",
+    "ended": "it is what SUMO writes",
+    **dict.fromkeys(
+        ("arrivalPos", "arrivalLane", "arrivalSpeed", "arrivalEdge"), "nobody arrives on a closed loop"
+    ),
+}
+
+
+def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: bool = False) -> tuple[str, ...]:
+    """Return a line for each kind of element in route files that loopgate leaves out.
+
+    Parameters
+    ----------
+    files
+        Files with their topmost elements.
+    fleet
+        Whether the file's own vehicles drive; else only what concerns routes is listed.
+    once
+        Whether they drive their routes once.
+    """
+    lines = []
+    for source, top in files:
+        found: Counter[tuple[str, str]] = Counter()
+        first: dict[tuple[str, str], str] = {}
+        for what, owner in _untaken(top, fleet=fleet):
+            if once and what[0] in _ONCE:
+                continue
+            found[what] += 1
+            first.setdefault(what, owner)
+        for (name, as_written), count in found.items():
+            means = f": {_MEANS[name]}" if name in _MEANS else ""
+            times = f"{count} times, first" if count > 1 else "once,"
+            where = f" ({times} in {first[name, as_written]})" if first[name, as_written] else ""
+            lines.append(f"{source}: {as_written} is left out{where}{means}")
+    return tuple(lines)
+
+
+def _untaken(
+    element: ET.Element, *, fleet: bool, drawn: frozenset[str] = frozenset()
+) -> Iterator[tuple[tuple[str, str], str]]:
+    """Yield the ignored parts of an element: the name, the text to show, and the element."""
+    taken = _TAKEN[element.tag] | drawn
+    owner = f"{element.tag} {element.get('id', '')}".strip()
+    for name, value in element.attrib.items():
+        if name in taken or name.startswith(("xmlns", "{")) or _is_done_anyway(name, value):
+            continue
+        yield (name, f"{name} of <{element.tag}>"), owner
+    for child in element:
+        if child.tag == "vType" or not isinstance(child.tag, str):
+            continue
+        if child.tag == "param" and element.tag in _FLEET:
+            continue
+        if child.tag not in _TAKEN:
+            if fleet or element.tag != "routes":
+                yield (child.tag, f"<{child.tag}>"), owner if element.tag != "routes" else child.get("id", "")
+        elif fleet or child.tag not in _FLEET:
+            yield from _untaken(child, fleet=fleet, drawn=_DRAWN.get(element.tag, frozenset()))
+
+
+def _is_done_anyway(name: str, value: str) -> bool:
+    figure = as_number(value)
+    return not math.isnan(figure) and (name == "departPos" or _AS_IT_IS.get(name) == figure)
+
+
+def wayless(path: Path, led: LedVehicle) -> Iterator[str]:
+    """Return a line that names the trips without a route between their ends, which are left out."""
+    lost = [name for name, ways in led.items() if not any(ways.values())]
+    if lost:
+        yield f"{path}: {counted(len(lost), 'vehicle')} left out for want of a way, first {lost[0]}"
+    some = [name for name, ways in led.items() if any(ways.values()) and not all(ways.values())]
+    if some:
+        yield (
+            f"{path}: {len(some)} trips or flows find no way for all classes of their type, and are left out "
+            f"where such a one is drawn, first {some[0]}"
+        )
 
 
 def read_loops(

@@ -10,8 +10,8 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network.clock import seconds
-from loopgate.network.departures import Flow, read_flow
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.vehicle_demand import Flow, read_flow
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import check_included, open_xml, read_xml
 

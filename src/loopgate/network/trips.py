@@ -13,8 +13,8 @@ from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
 from loopgate.network.additional import write_leading
 from loopgate.network.clock import seconds
-from loopgate.network.distributions import routes_named
 from loopgate.network.road import RoadNetwork
+from loopgate.network.vehicle_type import routes_named
 from loopgate.network.xml_file import write_xml
 from loopgate.reading import shown
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 
 from loopgate.network.additional import FLEET
 from loopgate.network.clock import seconds
-from loopgate.network.distributions import routes_named
 from loopgate.network.stops import REFUSED
+from loopgate.network.vehicle_type import routes_named
 from loopgate.reading import counted, listed, shown
 
 _SUDDEN = ("triggered", "containerTriggered", "split")

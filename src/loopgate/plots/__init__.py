@@ -5,7 +5,7 @@ The figures are Altair's charts: ``figure.save("throughput.svg")`` writes one (S
 """
 
 from loopgate.analysis.frames import of_tables
-from loopgate.plots.charts import figure_svg
+from loopgate.plots.charts import figure_svg, plot_capacity, plot_laps, plot_survival
 from loopgate.plots.course import plot_flow, plot_ranked, plot_time_space
 from loopgate.plots.lines import (
     plot_against,
@@ -16,7 +16,6 @@ from loopgate.plots.lines import (
     plot_paired,
 )
 from loopgate.plots.road_map import plot_edges
-from loopgate.plots.spreads import plot_capacity, plot_laps, plot_survival
 from loopgate.plots.watching import plot_seen_within, plot_unwatched
 
 __all__ = [

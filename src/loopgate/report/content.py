@@ -1,8 +1,13 @@
 """The content of a report: series, tables and figures, before any page is laid out."""
 
+from __future__ import annotations
+
 import json
 import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +15,9 @@ import pandas as pd
 from loopgate import plots
 from loopgate.analysis import (
     add_series,
+    compute_blocked,
     compute_capacity,
+    compute_causes,
     compute_deadlock_rate,
     compute_decision_time,
     compute_edge_means,
@@ -19,21 +26,269 @@ from loopgate.analysis import (
     compute_lap_distribution,
     compute_longest_waits,
     compute_mean,
+    compute_messages,
     compute_paired,
+    compute_promises,
     compute_ranked,
+    compute_rarest,
+    compute_seen_within,
+    compute_starving,
+    compute_stuck,
     compute_survival,
+    compute_time_space,
     compute_time_to_deadlock,
     compute_trips,
 )
 from loopgate.analysis import columns as a
+from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
+from loopgate.plots.charts import Chart
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
 from loopgate.plots.style import MAX_SERIES, series_order
-from loopgate.report.items import Content, Section
-from loopgate.report.single import add_single_run
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
+from loopgate.results.row_columns import TRUNCATED
 from loopgate.runs.results import Results
+from loopgate.runs.run import Run, read_run
+
+_MOST_POINTS_OF_ONE = 6000
+_STREETS = f'run.streets["{run.EDGE}"]'
+
+
+def add_single_run(content: Content, folder: Path) -> str:
+    """Add the items from the events of a run; return the line that loads it."""
+    one = read_run(folder)
+    content.known |= {
+        "run.events": one.events,
+        "run.vehicles": one.vehicles,
+        "run.loops": one.loops,
+    }
+    times = [float(table[run.TIME].max()) for table in (one.events, one.flow) if len(table)]
+    end_s = max(times, default=0.0)
+    begin_s = max(0.0, end_s - float(one.summary["duration_s"]))
+    if end_s > begin_s:
+        options: dict[str, Any] = {"begin_s": begin_s, "end_s": end_s}
+        of = {"events": "run.events"}
+        causes = content.table("causes", "Waits by cause", compute_causes, of, **options)
+        if len(causes):
+            content.figure(
+                "causes",
+                "Why vehicles wait",
+                "All waits for the gate, by the reason of the refusal.",
+                plots.plot_ranked(causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds"),
+            )
+        _add_watch(content, one, options)
+    _add_standing(content, one)
+    _add_loop(content, one.vehicles, one.loops)
+    of = {"vehicles": "run.vehicles", "events": "run.events"}
+    content.table("stuck", "Vehicles that are stuck", compute_stuck, of, end_s=end_s)
+    return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
+
+
+def _add_standing(content: Content, one: Run) -> None:
+    """Add the places in which something stood, and the vehicles that starved."""
+    content.known["run.summary"] = one.summary
+    of = {"summary": "run.summary"}
+    content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
+    content.table("starving", "Vehicles that starved, and behind which vehicle", compute_starving, of)
+    content.table("messages", "Messages by which vehicles decided", compute_messages, of)
+
+
+def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
+    """Add the unseen streets, the streets on no loop in view, and the revisit intervals."""
+    streets = one.streets
+    if streets is None or not (streets[run.VISITS] > 0).any():
+        return
+    content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
+    if one.scenario.get("revisit_s"):
+        content.table("promises", "Promises, by street", compute_promises, {"streets": "run.streets"})
+    content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
+    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(run.BEGINS, 0.0))
+    seen = content.table(
+        "seen-within", "Seen within", compute_seen_within, of, listed=False, **period, since_s=since_s
+    )
+    never = int((streets[run.VISITS] == 0).sum())
+    caption = "Broad and strong where a street went unseen for long."
+    if never:
+        caption += f" {never} of {len(streets)} were never seen: dashed."
+    content.drop("idleness-map")
+    content.figure("unwatched", "Which roads go unwatched", caption, plots.plot_unwatched(streets), "rarest")
+    content.figure(
+        "seen-within",
+        "How soon streets are seen again",
+        "The share of all streets, also never seen streets, that was seen within this time.",
+        plots.plot_seen_within({"": seen}, bound_s=one.scenario.get("revisit_s") or None),
+    )
+
+
+def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> None:
+    """Add the loop with the most standing, over time."""
+    driven = vehicles[vehicles[run.LOOP].isin(loops[run.LOOP])]
+    if driven.empty or run.STOOD not in driven:
+        return
+    loop = str(driven.groupby(run.LOOP)[run.STOOD].sum().idxmax())
+    points = content.table(
+        "time-space",
+        f"Loop {loop} over time",
+        compute_time_space,
+        {"events": "run.events", "vehicles": "run.vehicles", "loops": "run.loops"},
+        listed=False,
+        loop=loop,
+    )
+    if 0 < len(points) <= _MOST_POINTS_OF_ONE:
+        content.figure(
+            "time-space",
+            f"Loop {loop}: its vehicles over time",
+            "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
+            "the beginnings of two edges; the flatter, the slower.",
+            plots.plot_time_space(points),
+        )
+
+
+_RUNS = {"runs": "runs"}
+_WATCH = ("promises", "unwatched", "seen-within", "rarest")
+_THROUGHPUT = (
+    *("over-time", "so-far", "flow", "throughput", "laps-per-hour", "laps", "capacity", "fundamental"),
+    *("junctions", "streets", "map", "edges", "deadlocks", "time-to-deadlock", "speed", "standing"),
+    *("decisions", "longest-waits", "revisits", "idleness", "worst-idleness", "trips", "time-space", "runs"),
+)
+"""Figures and tables that whoever watches a district did not ask for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A call that makes a table; the report runs it and prints it."""
+
+    function: Callable[..., pd.DataFrame]
+    sources: Mapping[str, str]
+    """Parameters, and the expressions that they are given: ``{"runs": "runs"}``."""
+    options: Mapping[str, Any]
+    """Parameters, and the plain values that they are given."""
+    where: str = ""
+    """Which of the runs, as a query."""
+    columns: Sequence[str] = ()
+    """Which columns of what is returned; all if empty."""
+
+    def table(self, known: Mapping[str, Any]) -> pd.DataFrame:
+        """Return the table; `known` has the values of the expressions."""
+        given = {name: known[text] for name, text in self.sources.items()}
+        if self.where:
+            given["runs"] = given["runs"].query(self.where)
+        made = self.function(**given, **self.options)
+        return made[list(self.columns)] if self.columns else made
+
+    def __str__(self) -> str:
+        given = dict(self.sources)
+        if self.where:
+            given["runs"] = f"runs.query({json.dumps(self.where)})"
+        parts = [f"{name}={text}" for name, text in given.items()]
+        parts += [f"{name}={json.dumps(value, ensure_ascii=False)}" for name, value in self.options.items()]
+        only = f"[{json.dumps(list(self.columns))}]" if self.columns else ""
+        return f"{self.function.__name__}({', '.join(parts)}){only}"
+
+
+@dataclass(frozen=True, slots=True)
+class TableItem:
+    """A table with its caption."""
+
+    name: str
+    title: str
+    table: pd.DataFrame
+    code: str = ""
+    """Python that makes it."""
+    listed: bool = True
+    """Whether its rows are on the page; all tables can be downloaded from it."""
+
+
+@dataclass(frozen=True, slots=True)
+class FigureItem:
+    """A figure with its caption."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Chart
+    table: str
+    """The name of the table that it shows."""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section of a report: all tables and figures of one network."""
+
+    network: str
+    runs: pd.DataFrame
+    count: int
+    """The vehicle count at which series are compared where one must be chosen."""
+    figures: Sequence[FigureItem]
+    tables: Sequence[TableItem]
+    names: Sequence[str]
+    """The series that figures show, in their order."""
+    hidden: Sequence[str]
+    """Series that the figures leave out, since nobody could tell them apart."""
+    load: str
+    """Python after which the code of the tables can be run."""
+    watch: pd.DataFrame | None = None
+    """Promises by street, of a run that was to see streets again in time."""
+
+
+class Content:
+    """Collects the tables and figures of a section."""
+
+    def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
+        self.style: dict[str, Any] = {"series": SERIES, "among": names}
+        """The arguments of figures that concern series."""
+        self.known = dict(known)
+        """The values of the expressions that commands are made of."""
+        runs = self.known["runs"]
+        cut = int(runs[TRUNCATED].eq(other=True).sum()) if TRUNCATED in runs else 0
+        self._mark = f"{cut} of {len(runs)} runs stopped at their deadlock" if cut else ""
+        """What every figure and table says of runs that are compared with longer ones."""
+        self.tables: dict[str, TableItem] = {}
+        self.figures: list[FigureItem] = []
+
+    def table(
+        self,
+        name: str,
+        title: str,
+        function: Callable[..., pd.DataFrame],
+        sources: Mapping[str, str] = _RUNS,
+        *,
+        where: str = "",
+        columns: Sequence[str] = (),
+        listed: bool = True,
+        **options: Any,  # noqa: ANN401 - options of any kind
+    ) -> pd.DataFrame:
+        """Add a table made by a function; a table without rows is left out."""
+        command = Command(function, sources, options, where, columns)
+        made = command.table(self.known)
+        made.attrs["name"] = name
+        if len(made):
+            marked = f"{title} ({self._mark})" if self._mark else title
+            self.tables[name] = TableItem(name, marked, made, str(command), listed)
+        return made
+
+    def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
+        """Add a figure of a table, unless that table was left out."""
+        if (table or name) in self.tables:
+            marked = f"{caption} {self._mark}." if self._mark else caption
+            self.figures.append(FigureItem(name, title, marked, chart, table or name))
+
+    def watch_only(self) -> None:
+        """Leave out figures of throughput, and put promises and idle streets first."""
+        self.figures = [item for item in self.figures if item.name not in _THROUGHPUT]
+        self.figures.sort(key=lambda item: _WATCH.index(item.name) if item.name in _WATCH else len(_WATCH))
+        kept = [item for name, item in self.tables.items() if name not in _THROUGHPUT]
+        kept.sort(key=lambda item: _WATCH.index(item.name) if item.name in _WATCH else len(_WATCH))
+        shown = {item.table for item in self.figures}
+        self.tables = {item.name: item for item in kept}
+        missing = shown - self.tables.keys()
+        self.figures = [item for item in self.figures if item.table not in missing]
+
+    def drop(self, name: str) -> None:
+        """Remove a figure."""
+        self.figures = [item for item in self.figures if item.name != name]
+
 
 _BY = [a.SERIES, c.VEHICLES]
 _PERCENT = [0.05, 0.25, 0.5, 0.75, 0.95]

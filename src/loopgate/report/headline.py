@@ -10,7 +10,7 @@ from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.plots.style import open_first
 from loopgate.reading import counted
-from loopgate.report.items import Section
+from loopgate.report.content import Section
 from loopgate.results import columns as run
 from loopgate.results import row_columns as c
 

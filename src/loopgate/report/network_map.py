@@ -12,8 +12,7 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.abstraction.survey import survey
 from loopgate.arrays import Floats
 from loopgate.model import StateId
-from loopgate.network.curve import cut_curve
-from loopgate.network.loop import Loop
+from loopgate.network.loop import Loop, cut_curve
 from loopgate.network.road import RoadNetwork
 from loopgate.report.base_map import (
     DPI,

@@ -1,10 +1,16 @@
 """Write the report: one self-contained page, and its figures and tables as files."""
 
+import base64
+import copy
+import gzip
+import io
+import json
 import re
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache
 from importlib.resources import files as resources
 from pathlib import Path
 from typing import Any
@@ -14,24 +20,312 @@ import vl_convert
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from loopgate.analysis import columns as a
+from loopgate.analysis.columns import SERIES
 from loopgate.disk import disk_error, writing
 from loopgate.errors import LoopgateError, ResultsError
 from loopgate.foreign import reason_of
-from loopgate.plots.charts import figure_spec, spec_svg
-from loopgate.plots.style import DARK, LIGHT
+from loopgate.plots.charts import figure_spec, records, spec_svg
+from loopgate.plots.style import DARK, LIGHT, colours, config, series_order
 from loopgate.reading import as_path, listed, of_kind
 from loopgate.replay.page import hash_of
-from loopgate.report.content import network_sections
-from loopgate.report.embed import column_spec, download, library, page_spec, rows_of, script_json
-from loopgate.report.facts import commands, facts, failures, progress
-from loopgate.report.headline import headline, lead, title
-from loopgate.report.headline_table import caption, headline_table, write_headline
-from loopgate.report.items import FigureItem, Section, TableItem
-from loopgate.report.methods import methods
-from loopgate.report.tables import cells, write_csv, write_latex
+from loopgate.report.content import FigureItem, Section, TableItem, network_sections
+from loopgate.report.headline import DASH, headline, lead, number, title
+from loopgate.report.tables import Cells, cells, latex_text, write_csv, write_latex
+from loopgate.results import row_columns as c
 from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET, STATUS, STATUS_FAILED, STRANGE
+from loopgate.results.table_reading import csv_of, plain
 from loopgate.runs.results import Results
 from loopgate.versions import versions
+
+_COLUMN_PT = 245
+"""3.4 inches: a column of a page with two."""
+_SNIPPET = "window.vegaEmbed = vegaEmbed;"
+
+
+@cache
+def library() -> str:
+    """Return Vega, Vega-Lite and Vega-Embed as one script that works offline."""
+    version = vl_convert.get_vegalite_versions()[-1]
+    script: str = vl_convert.javascript_bundle(_SNIPPET, vl_version=version)
+    return script.replace("</script", "<\\/script")
+
+
+def page_spec(spec: dict[str, Any], description: str, tables: Container[str]) -> dict[str, Any]:
+    """Return a figure for the page; `spec` is not used any more.
+
+    Its data are names of `tables`, which the page holds once; its colours follow the page; series that the
+    reader switched off (the parameter ``off``) are left out.
+    """
+    spec = {**spec, "config": config(colours)}
+    spec["description"] = description
+    spec["params"] = [*spec.get("params", []), {"name": "off", "value": []}]
+    spec.setdefault("datasets", {})
+    for part in list(_parts(spec)):
+        data = part.get("data")
+        if isinstance(data, dict) and data.get("name") in tables:
+            part["data"] = {"name": data["name"]}
+        if "mark" in part:
+            part["transform"] = [{"filter": "indexof(off, datum['series']) < 0"}, *part.get("transform", [])]
+    return spec
+
+
+def column_spec(spec: dict[str, Any]) -> dict[str, Any]:
+    """Return a figure as broad as a column of a page with two (3.4 inches), its words 7 to 8 points high."""
+    narrow: dict[str, Any] = copy.deepcopy(spec)
+    look = narrow.setdefault("config", {})
+    for part in ("axis", "legend", "header"):
+        look[part] = {**look.get(part, {}), "labelFontSize": 7, "titleFontSize": 8}
+    look["legend"] |= {"labelLimit": 110, "columnPadding": 6}
+    look["title"] = {**look.get("title", {}), "fontSize": 8}
+    if "spec" in narrow:
+        inner, columns = narrow["spec"], 1 if "usermeta" in narrow else narrow.get("columns", 1)
+        breadth = _COLUMN_PT - 12 if "usermeta" in narrow else _COLUMN_PT // max(columns, 1) - 40
+        larger = breadth / inner["width"]
+        narrow["columns"] = columns
+        if "usermeta" in narrow:
+            inner["height"] = round(inner["height"] * larger)
+            for one in (inner, *inner.get("layer", ())):
+                if projection := one.get("projection"):
+                    projection["scale"] *= larger
+                    projection["translate"] = [shift * larger for shift in projection["translate"]]
+        inner["width"] = breadth
+    elif "vconcat" in narrow:
+        for panel in narrow["vconcat"]:
+            panel |= {"width": _COLUMN_PT - 34, "height": 60}
+            panel["title"] = {**panel["title"], "fontSize": 8}
+    else:
+        narrow |= {"width": _COLUMN_PT, "autosize": {"type": "fit-x", "contains": "padding"}}
+        narrow["height"] = round(narrow.get("height", 200) * 0.6)
+    return narrow
+
+
+def _parts(part: Any) -> Iterator[dict[str, Any]]:  # noqa: ANN401 - any JSON
+    """Yield the views of a figure, from the outermost on."""
+    if isinstance(part, dict):
+        yield part
+        for name in ("layer", "vconcat", "spec"):
+            for inner in part[name] if isinstance(part.get(name), list) else [part.get(name)]:
+                yield from _parts(inner)
+
+
+def download(table: pd.DataFrame) -> dict[str, str]:
+    """Return the table as CSV (compressed) and Parquet, both as base64."""
+    simple = plain(table)
+    buffer = io.BytesIO()
+    simple.to_parquet(buffer, index=False, compression="zstd")
+    packed = gzip.compress(csv_of(table).encode(), mtime=0)
+    return {"csv": base64.b64encode(packed).decode(), "parquet": base64.b64encode(buffer.getvalue()).decode()}
+
+
+def script_json(value: object) -> Markup:
+    """Return JSON that can stand inside a script element."""
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    text = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return Markup(text)  # noqa: S704 - it has no character that could end its element
+
+
+def rows_of(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """Return the rows for figures."""
+    return records(plain(table))
+
+
+_MOST_VALUES = 12
+_MOST_COMMANDS = 60
+
+
+def progress(results: Results) -> str:
+    """Return one sentence on the progress of the sweep."""
+    runs = results.runs
+    planned = int(results.manifest.get("runs", len(runs)))
+    failed = int((runs[c.STATUS] == c.STATUS_FAILED).sum())
+    if runs.empty:
+        return f"There are no runs yet, of {planned} planned." if planned else "There are no runs."
+    there = f"{len(runs)} run{'s' if len(runs) != 1 else ''}"
+    text = f"{there} of {planned} planned are there" if planned > len(runs) else f"{there}"
+    if failed == len(runs):
+        return f"{text}; all failed, so there is nothing to compare. The reasons are below."
+    codes = len(runs[c.LOOPGATE_CODE].dropna().unique())
+    mixed = f" They were made by {codes} different codes of loopgate: compare with care." if codes > 1 else ""
+    return f"{text}{f'; {failed} failed' if failed else ', none failed'}.{mixed}"
+
+
+def facts(results: Results) -> list[tuple[str, str]]:
+    """Return the settings of the runs, as names and values."""
+    runs = results.runs
+    rows = [("Results", ", ".join(map(str, results.folders))), *(("Note", note) for note in results.notes)]
+    for name, column in (
+        ("Networks", c.NETWORK),
+        ("Gates", c.GATE),
+        ("Abstraction", c.ABSTRACTION),
+        ("Negotiation", c.NEGOTIATION),
+        ("Lights", c.LIGHTS),
+        ("Vehicles", c.VEHICLES),
+        ("Loops", c.LOOPS),
+        ("Seeds", c.SEED),
+        ("Simulated time [s]", c.DURATION),
+        ("Warm-up [s]", c.WARMUP),
+        ("loopgate", c.LOOPGATE_VERSION),
+        ("loopgate, its code", c.LOOPGATE_CODE),
+        ("SUMO", c.SUMO_VERSION),
+        ("Python", c.PYTHON_VERSION),
+    ):
+        values = [v for v in runs[column].dropna().unique() if v != ""]
+        if values:
+            rows.append((name, _listed(values)))
+    if runs[c.TOOK].notna().any():
+        rows += [
+            ("Computing time", f"{runs[c.TOOK].sum() / 3600:.2f} h in {runs[c.WORKER].nunique()} processes"),
+            ("Peak memory of a process", f"{runs[c.PEAK_MEMORY].max():.0f} MiB"),
+        ]
+    finished = runs[c.FINISHED].dropna()
+    if len(finished):
+        rows.append(("Made", f"{finished.min():%Y-%m-%d %H:%M} to {finished.max():%Y-%m-%d %H:%M} UTC"))
+    return rows
+
+
+def failures(results: Results) -> TableItem | None:
+    """Return the failed runs by reason, or None if none failed."""
+    failed = results.runs[results.runs[c.STATUS] == c.STATUS_FAILED]
+    if failed.empty:
+        return None
+    table = (
+        failed.groupby(c.ERROR, dropna=False)
+        .agg(runs=(c.KEY, "size"), example=(c.KEY, "first"), scenario=(c.SCENARIO, "first"))
+        .reset_index()
+        .sort_values("runs", ascending=False, kind="stable")
+    )
+    return TableItem("failures", "Runs that failed", table)
+
+
+def commands(results: Results) -> dict[str, Any]:
+    """Return the command of a sweep, and for each setting the command of its first run."""
+    runs = results.runs
+    known = runs[runs[c.COMMAND].notna()].sort_values([c.NETWORK, c.GATE, c.VEHICLES, c.SEED], kind="stable")
+    first = known.drop_duplicates([c.NETWORK, c.GATE, c.VEHICLES])
+    return {
+        "sweep": results.manifest.get("command"),
+        "runs": list(first[c.COMMAND].head(_MOST_COMMANDS)),
+        "more": len(known) - min(len(first), _MOST_COMMANDS),
+    }
+
+
+def _listed(values: list[Any]) -> str:
+    numbers = all(pd.api.types.is_number(value) for value in values)
+    ordered = sorted(values) if numbers else sorted(map(str, values))
+    texts = [f"{value:g}" if numbers else str(value) for value in ordered]
+    if len(texts) <= _MOST_VALUES:
+        return ", ".join(texts)
+    return (
+        f"{texts[0]} to {texts[-1]} ({len(texts)} values)"
+        if numbers
+        else f"{', '.join(texts[:5])}, ... ({len(texts)})"
+    )
+
+
+_OF_ONE = "Throughput [vehicle-km/h]"
+_OF_MEANS = f"{_OF_ONE}: mean over runs"
+_WITH_INTERVALS = f"{_OF_MEANS}, in brackets its 95 % interval (Student's t)"
+
+
+def caption(means: pd.DataFrame) -> str:
+    """Return the caption of a table of means; it explains brackets only if there are any."""
+    if means[a.LOW].notna().any():
+        return _WITH_INTERVALS
+    return _OF_MEANS if (means[a.RUNS] > 1).any() else _OF_ONE
+
+
+def headline_table(means: pd.DataFrame) -> Cells:
+    """Return vehicles against rules from `compute_mean` by series and vehicles: headings and rows as text."""
+    names = series_order(means[SERIES])
+    by = means.set_index([c.VEHICLES, SERIES])
+    counts = sorted(means[c.VEHICLES].unique())
+    rows = [
+        [
+            f"{count:g}",
+            *(_cell(by.loc[(count, name)]) if (count, name) in by.index else DASH for name in names),
+        ]
+        for count in counts
+    ]
+    return ["vehicles", *names], rows
+
+
+def _cell(row: pd.Series) -> str:
+    mean = number(float(row[a.MEAN]))
+    if pd.isna(row[a.LOW]):
+        return mean
+    return f"{mean} ({number(float(row[a.LOW]))} to {number(float(row[a.HIGH]))})"
+
+
+def write_headline(headings: list[str], rows: list[list[str]], said: str, file: Path) -> None:
+    """Write the table for a paper that loads the package booktabs, with `said` as its caption."""
+    text = latex_text(pd.DataFrame(rows, columns=headings), [True] * len(headings), said, file.stem)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+
+
+_DEFINED = (
+    "Throughput is the distance that all vehicles drove, divided by the time measured; mean speed is this "
+    "distance divided by the time that vehicles were on the road. A run locks up when vehicles wait for each "
+    "other in a circle. Means over runs are given with 95 % intervals by Student's t, shares of runs with "
+    "Wilson's."
+)
+_OF_WATCH = (
+    "The idleness of a street is the time since a vehicle last entered it; a promise to see a street again "
+    "within a time is kept if its idleness never exceeds that time."
+)
+
+
+def methods(section: Section, failed: int) -> str:
+    """Return the paragraph; `failed` runs of the whole report are left out of its figures."""
+    runs = section.runs
+    on = f" on {_values(runs, c.LOOPS)} loops" if runs[c.LOOPS].gt(0).any() else ""
+    seeds = runs[c.SEED].nunique()
+    sumo, own = _values(runs, c.SUMO_VERSION), _values(runs, c.LOOPGATE_VERSION)
+    made_with = f"Eclipse SUMO {sumo} (Lopez et al. 2018) and loopgate {own}{_code(runs)}"
+    of_runs = f"{len(runs)} run{'s' if len(runs) > 1 else ''} with {_values(runs, c.VEHICLES)} vehicles{on}"
+    with_seeds = f"the seed{'s' if seeds > 1 else ''} {_values(runs, c.SEED)}"
+    time = f"{_values(runs, c.DURATION)} s after a warm-up of {_values(runs, c.WARMUP)} s"
+    parts = [
+        f"Traffic in the road network {section.network} was simulated with {made_with}.",
+        f"{of_runs} and {with_seeds} measured {time}{' each' if len(runs) > 1 else ''}.",
+        f"{failed} runs failed and are left out." if failed else "",
+        f"Rules: {'; '.join(_rules(runs))}.",
+        "Runs of equal seeds have equal loops and starts." if len(runs) > 1 else "",
+        _DEFINED if section.watch is None else _OF_WATCH,
+    ]
+    return " ".join(filter(None, parts))
+
+
+def _rules(runs: pd.DataFrame) -> list[str]:
+    rules = []
+    for name in series_order(runs[SERIES]):
+        part = runs[runs[SERIES] == name]
+        asked = [f"gate {_values(part, c.GATE)}"]
+        for column in (c.ABSTRACTION, c.NEGOTIATION, c.LIGHTS):
+            gated = column == c.LIGHTS or _values(part, c.GATE) != "open"
+            if gated and (value := _values(part, column)):
+                asked.append(f"{column} {value}")
+        rules.append(f"{name} ({', '.join(asked)})")
+    return rules
+
+
+def _values(runs: pd.DataFrame, column: str) -> str:
+    """Return the values of a column, runs of whole numbers as a span."""
+    values = [value for value in runs[column].dropna().unique() if value != ""]
+    if not all(pd.api.types.is_number(value) for value in values):
+        return ", ".join(sorted(map(str, values)))
+    numbers = sorted(float(value) for value in values)
+    whole = [*map(int, numbers)] == numbers
+    if len(numbers) > 2 and whole and numbers[-1] - numbers[0] == len(numbers) - 1:  # noqa: PLR2004
+        return f"{numbers[0]:.0f} to {numbers[-1]:.0f}"
+    return ", ".join(f"{number:.0f}" if number == int(number) else f"{number:g}" for number in numbers)
+
+
+def _code(runs: pd.DataFrame) -> str:
+    codes = _values(runs, c.LOOPGATE_CODE)
+    return f" (code {codes})" if codes else ""
+
 
 _LONGEST_TABLE = 400  # rows on the page; the files have all
 _PNG_SCALE = 2.5

@@ -11,8 +11,7 @@ from matplotlib.lines import Line2D
 
 from loopgate.abstraction.queue_survey import CrossingSurvey, QueueSurvey, RefusedLoop
 from loopgate.arrays import Floats
-from loopgate.network.curve import cut_line
-from loopgate.network.loop import arc_lengths
+from loopgate.network.loop import arc_lengths, cut_line
 from loopgate.network.road import RoadNetwork
 from loopgate.plots.road_map import beside
 from loopgate.reading import listed

@@ -7,7 +7,7 @@ import pandas as pd
 
 from loopgate.analysis.columns import AT_BORDER, BETTER, CAPACITY, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
-from loopgate.results.csv_text import csv_of
+from loopgate.results.table_reading import csv_of
 
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""

@@ -15,13 +15,12 @@ from loopgate.control.pressure import Pressure as Pressing
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.rules import usual
 from loopgate.gates import Decision, Gate
-from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
-from loopgate.gates.following import following
+from loopgate.gates.following import careful, following
 from loopgate.model import System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request
-from loopgate.negotiation.careful import careful as careful_order
 from loopgate.negotiation.pressure import Pressure
+from loopgate.negotiation.registry import careful as careful_order
 from loopgate.results.histogram import Histogram
 
 __all__ = ["AskedGate", "Deciding", "Negotiated", "by_chain"]

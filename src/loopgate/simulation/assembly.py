@@ -6,10 +6,9 @@ from functools import cached_property
 from pathlib import Path
 from random import Random
 
-from loopgate.abstraction.itinerary import Abstraction, Itinerary
+from loopgate.abstraction.itinerary import Abstraction, Itinerary, Track, make_track
 from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
-from loopgate.abstraction.track import Track, make_track
 from loopgate.cache import without_collection
 from loopgate.control.start import VehicleStart
 from loopgate.errors import NobodyGatedError, ScenarioError

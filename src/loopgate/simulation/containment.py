@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any, Protocol
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats, Ints
 from loopgate.control.blocking import ahead, blockers, outside
 from loopgate.control.diary import Diary

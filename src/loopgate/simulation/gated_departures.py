@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.departures import WITHOUT_LIGHTS, Crowding
 from loopgate.control.departures import Departures as Rules
 from loopgate.control.diary import Diary

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving

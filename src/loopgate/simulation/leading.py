@@ -7,7 +7,7 @@ from collections.abc import Container, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving

@@ -17,7 +17,7 @@ from loopgate.analysis.watching import compute_districts, compute_watch
 from loopgate.disk import writing
 from loopgate.network import Edge, Loop
 from loopgate.network.coverage import Coverage
-from loopgate.network.streets import both_ways
+from loopgate.network.road import both_ways
 from loopgate.results.columns import (
     BOUND,
     BUNCHED,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from loopgate.abstraction.track import Track, continues
+from loopgate.abstraction.itinerary import Track, continues
 from loopgate.arrays import Floats, Ints
 from loopgate.control.diary import Diary
 from loopgate.simulation.assembly import Assembly

@@ -8,8 +8,7 @@ from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from math import inf
 
-from loopgate.abstraction.itinerary import DrawnLeg
-from loopgate.abstraction.track import Track, continues
+from loopgate.abstraction.itinerary import DrawnLeg, Track, continues
 from loopgate.control.diary import Diary
 from loopgate.network import Edge
 

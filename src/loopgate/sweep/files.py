@@ -7,8 +7,7 @@ from importlib import metadata
 from pathlib import Path
 
 from loopgate.errors import SweepError
-from loopgate.network.content import content_identity, members
-from loopgate.network.packaged import PACKAGED
+from loopgate.network.road import PACKAGED, content_identity, members
 from loopgate.reading import is_file, refusing, shown
 
 

@@ -10,8 +10,10 @@ import importlib
 import json
 import os
 import platform
+import resource
 import shutil
 import socket
+import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -27,13 +29,34 @@ from loopgate.analysis.rows import read_run_row
 from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
-from loopgate.network.content import content_identity
+from loopgate.network.road import content_identity
 from loopgate.plugins import Plugins, in_file
 from loopgate.results import row_columns as c
 from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
-from loopgate.sweep.memory import peak_memory_mb, reset_peak_memory
 from loopgate.versions import versions
+
+_KIB_PER_MIB = 1024
+_RESET_PEAK = "5"  # proc(5), clear_refs: reset the peak resident set size
+
+
+def reset_peak_memory() -> None:
+    """Reset the peak of memory; only Linux can, other systems keep the old peak."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text(_RESET_PEAK, encoding="ascii")
+
+
+def peak_memory_mb() -> float:
+    """Return the largest resident memory since the last reset, or of the process [MiB]."""
+    try:
+        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / _KIB_PER_MIB
+    except OSError:
+        pass
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / _KIB_PER_MIB**2 if sys.platform == "darwin" else peak / _KIB_PER_MIB
+
 
 MANIFEST = "sweep.json"
 """The description of a sweep, in the folder of its results."""

@@ -8,11 +8,15 @@ import pytest
 from networkx.utils import UnionFind
 from roads import polygon
 
-from loopgate.abstraction.collision_segments import collision_segments
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.abstraction.segments import lay_out_segments, make_segments
+from loopgate.abstraction.segments import (
+    ZoneVisit,
+    collision_segments,
+    cover,
+    lay_out_segments,
+    make_segments,
+)
 from loopgate.abstraction.survey import survey
-from loopgate.abstraction.zones import ZoneVisit, cover
 from loopgate.errors import RouteError, ScenarioError
 
 # Two squares of 100 m whose sides cross at right angles in (50, 100) and (100, 50).

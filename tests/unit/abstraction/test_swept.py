@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.abstraction.places import Part, waiting_parts
-from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
+from loopgate.abstraction.movements import Part, waiting_parts
+from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, tails_over
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.swept_paths import swept_paths_of
-from loopgate.abstraction.tails import tails_over
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.records import Junction
 from loopgate.network.vehicle_type import DEFAULT_TYPE

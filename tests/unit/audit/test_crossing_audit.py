@@ -19,7 +19,7 @@ from loopgate.audit import (
     read_layout,
     write_layout,
 )
-from loopgate.audit.bodies import bends, overlapping
+from loopgate.audit.crossing_audit import bends, overlapping
 from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import LaneOnWay, draw_bodies, driven
 from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, VehicleBody

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from loopgate.cli.interrupts import listen
+from loopgate.cli.terminal import listen
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.cli.opening import open_page
+from loopgate.cli.terminal import open_page
 
 
 @pytest.mark.parametrize("there", [True, False])

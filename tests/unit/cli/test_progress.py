@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from loopgate.cli.progress import show_progress
+from loopgate.cli.terminal import show_progress
 
 
 def test_sparse_lines_say_how_long_it_will_take(
@@ -14,7 +14,7 @@ def test_sparse_lines_say_how_long_it_will_take(
 ) -> None:
     """40 of 100 were there before; 20 in 60 s leave 40 for two minutes."""
     now = 0.0
-    monkeypatch.setattr("loopgate.cli.progress.time.monotonic", lambda: now)
+    monkeypatch.setattr("loopgate.cli.terminal.time.monotonic", lambda: now)
     with show_progress("grid", total=100) as report:
         report(40)
         now = 60.0
@@ -29,7 +29,7 @@ def test_a_live_line_fits_eighty_columns(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setattr("loopgate.cli.progress._QUICK_S", 0.0)
+    monkeypatch.setattr("loopgate.cli.terminal._QUICK_S", 0.0)
     with show_progress("certified on networks/somewhere/grid5-priority.net.xml, simulated seconds") as report:
         report(86_399, 86_400)
         time.sleep(0.3)

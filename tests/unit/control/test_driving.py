@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from fake_traffic import FakeTraffic, FakeVehicle
 
-from loopgate.abstraction.itinerary import DrawnLeg
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import DrawnLeg, Track
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger

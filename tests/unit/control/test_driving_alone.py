@@ -8,8 +8,7 @@ import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 from shared_road import LAP_M, SharedRoad, track_of, vehicle_at
 
-from loopgate.abstraction.itinerary import DrawnLeg
-from loopgate.abstraction.track import Round, Track
+from loopgate.abstraction.itinerary import DrawnLeg, Round, Track
 from loopgate.control import used_stops
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout

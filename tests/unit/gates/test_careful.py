@@ -12,10 +12,9 @@ import pytest
 from builders import ring_of_three
 from loopgate.errors import GateError, LoopgateError, PluginError
 from loopgate.gates import Decision, Gate, Reason, check_gate, make_gate
-from loopgate.gates.careful import careful
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.collision import CollisionGate
-from loopgate.gates.following import following
+from loopgate.gates.following import careful, following
 from loopgate.gates.one_step import OneStepGate
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.runs import run_rounds, trace_moves

@@ -11,9 +11,8 @@ import pytest
 from builders import ring_of_three
 from loopgate.errors import PluginError, ScenarioError
 from loopgate.negotiation.base import InformedNegotiation, Request
-from loopgate.negotiation.careful import careful
 from loopgate.negotiation.pressure import Pressure
-from loopgate.negotiation.registry import make_negotiation
+from loopgate.negotiation.registry import careful, make_negotiation
 from loopgate.negotiation.simple import OldestFirst
 
 MINE = """

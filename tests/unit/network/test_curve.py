@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from loopgate.network.curve import cut_curve, gap
+from loopgate.network.loop import cut_curve, gap
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 0.0]])
 ARCS = np.array([0.0, 10.0, 20.0, 30.0, 40.0])

@@ -7,7 +7,7 @@ import random
 import networkx as nx
 import pytest
 
-from loopgate.network.every_walk import every_walk
+from loopgate.network.generate import every_walk
 from loopgate.network.road_graph import Road, RoadGraph
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.errors import ResultsError
-from loopgate.replay.fronts import read_fronts
+from loopgate.replay.scene import read_fronts
 from loopgate.results.columns import FRONT, TIME, VEHICLE
 
 

@@ -6,8 +6,7 @@ import pytest
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
 from loopgate.gates import Reason
-from loopgate.replay.happenings import WHY, Happenings, find_happenings
-from loopgate.replay.lines import DrawnLines, find_lines
+from loopgate.replay.scene import WHY, DrawnLines, Happenings, find_happenings, find_lines
 from loopgate.replay.tracks import Tracks
 from loopgate.results.columns import EVENT_COLUMNS
 

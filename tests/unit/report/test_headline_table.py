@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from loopgate.report.headline_table import caption
+from loopgate.report.page import caption
 
 NAN = float("nan")
 

@@ -19,7 +19,7 @@ REPORT = """
 import sys, time
 from loopgate.runs.results import read_results
 from loopgate.report.page import write_report
-from loopgate.sweep.memory import peak_memory_mb
+from loopgate.sweep.task import peak_memory_mb
 begin = time.process_time()
 write_report(read_results(sys.argv[1]), sys.argv[2])
 print(time.process_time() - begin, peak_memory_mb())

@@ -16,10 +16,9 @@ import pytest
 from loopgate.analysis import add_series
 from loopgate.errors import ResultsError
 from loopgate.report.content import network_sections
-from loopgate.report.embed import library
-from loopgate.report.page import write_report
+from loopgate.report.page import library, write_report
 from loopgate.report.tables import write_csv
-from loopgate.results.csv_text import plain
+from loopgate.results.table_reading import plain
 from loopgate.runs.results import Results, read_results
 from loopgate.sweep.task import load_runner
 

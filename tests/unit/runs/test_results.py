@@ -18,7 +18,7 @@ from loopgate.results.summary_rows import summary_rows
 from loopgate.runs.results import read_results
 from loopgate.runs.run import read_run
 from loopgate.sweep import Sweep, run_sweep
-from loopgate.sweep.store import Store
+from loopgate.sweep.execution import Store
 
 RUNNER = f"{Path(__file__).parents[1] / 'sweep' / 'fake_runner.py'}:run"
 

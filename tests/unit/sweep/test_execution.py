@@ -18,8 +18,8 @@ from loopgate.errors import ResultsError
 from loopgate.results.row_columns import VOLATILE_COLUMNS
 from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
+from loopgate.sweep.execution import Store
 from loopgate.sweep.local import LocalExecutor, WorkerDiedError
-from loopgate.sweep.store import Store
 
 GRID: dict[str, list[Any]] = {"vehicles": [5, 60], "gate": ["open", "certified"], "seed": [0, 1]}
 

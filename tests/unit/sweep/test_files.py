@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from loopgate.network.content import content_identity
+from loopgate.network.road import content_identity
 from loopgate.sweep.files import pack, unpack
 
 CONFIG = """<configuration><input>

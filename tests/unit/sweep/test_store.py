@@ -14,7 +14,7 @@ from loopgate.errors import ResultsError
 from loopgate.results import row_columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
-from loopgate.sweep.store import Store
+from loopgate.sweep.execution import Store
 from loopgate.sweep.task import Result
 
 
@@ -84,7 +84,7 @@ def test_a_disk_that_is_full_while_writing(tmp_path: Path, monkeypatch: pytest.M
     """No half file stays, rows that were there stay, and the error says how to go on."""
     with Store(tmp_path) as store:
         store.add(row("k"))
-        monkeypatch.setattr("loopgate.sweep.store.os.fsync", _no_space)
+        monkeypatch.setattr("loopgate.sweep.execution.os.fsync", _no_space)
         with pytest.raises(ResultsError, match=r"no space left on device; .* goes on where it stopped"):
             store.add(row("l"))
         monkeypatch.undo()

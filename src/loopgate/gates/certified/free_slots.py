@@ -6,9 +6,8 @@ from math import inf
 from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
-from loopgate.gates.certified.deadlock import stuck_for_good
 from loopgate.gates.certified.liveness_proof import Verdict, WitnessProof, overruled
-from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.occupancy import Occupancy, stuck_for_good
 from loopgate.gates.certified.proof import wait_after
 from loopgate.gates.certified.search import Budget, BudgetError
 from loopgate.gates.certified.system_index import SystemIndex

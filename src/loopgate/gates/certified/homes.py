@@ -4,9 +4,8 @@ from typing import Any
 
 from loopgate.gates.base import Decision, Reason, refusal
 from loopgate.gates.certified.banker import fixpoint
-from loopgate.gates.certified.deadlock import circle_among, stuck_for_good
 from loopgate.gates.certified.liveness_proof import Verdict, WitnessProof, overruled
-from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.occupancy import Occupancy, circle_among, stuck_for_good
 from loopgate.gates.certified.proof import dead_after
 from loopgate.gates.certified.search import Budget, BudgetError, Search
 from loopgate.gates.certified.system_index import SystemIndex

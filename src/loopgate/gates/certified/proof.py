@@ -4,8 +4,7 @@ from itertools import groupby
 from typing import Any
 
 from loopgate.gates.certified.banker import reduce_to_core
-from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.occupancy import Occupancy, stuck_for_good
 from loopgate.gates.certified.search import BudgetError, parts_of
 from loopgate.gates.certified.system_index import SystemIndex
 

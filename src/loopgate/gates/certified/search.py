@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from math import inf
 
 from loopgate.gates.certified.banker import reduce_to_core
-from loopgate.gates.certified.deadlock import stuck_for_good
-from loopgate.gates.certified.occupancy import Occupancy
+from loopgate.gates.certified.occupancy import Occupancy, stuck_for_good
 from loopgate.gates.certified.system_index import SystemIndex
 
 _MEMORY = 200_000

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from loopgate.gates import make_gate
-from loopgate.gates.circuits import circuits_through
-from loopgate.gates.theorem1 import theorem1
+from loopgate.gates.algorithm2 import circuits_through, theorem1
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.paper import printed
 from loopgate.research.runs import RoundCounts, run_rounds

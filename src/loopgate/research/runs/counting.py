@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from loopgate.errors import SystemModelError
 from loopgate.gates import Gate
-from loopgate.gates.careful import careful
+from loopgate.gates.following import careful
 from loopgate.model import Configuration, System
 
 

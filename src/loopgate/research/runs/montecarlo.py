@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from loopgate.gates import Gate
-from loopgate.gates.careful import careful
 from loopgate.gates.deadlocks import deadlocked_robots
+from loopgate.gates.following import careful
 from loopgate.model import RobotId, System
 
 _Z95 = 1.959964

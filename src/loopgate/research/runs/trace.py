@@ -7,8 +7,8 @@ from typing import Any
 
 from loopgate.errors import IllegalMoveError
 from loopgate.gates import Gate, Reason
-from loopgate.gates.careful import careful
-from loopgate.gates.circuits import Circuit, circuits_through, describe_circuit
+from loopgate.gates.algorithm2 import Circuit, circuits_through, describe_circuit
+from loopgate.gates.following import careful
 from loopgate.model import Configuration, RobotId, StateId, System
 from loopgate.research.theory.orders import OrderLimitError, Orders
 

@@ -1,10 +1,9 @@
 """All configurations of a system without roads and clocks that a gate reaches, and whether they are safe."""
 
-from loopgate.research.state_space.exploration import ExplorationFigures, explore
+from loopgate.research.state_space.exploration import ExplorationFigures, explore, verify_walks
 from loopgate.research.state_space.reach import Counterexample
 from loopgate.research.state_space.space import ExplorationLimitError, StateSpace
 from loopgate.research.state_space.verification import Verification, verify_everywhere, verify_space
-from loopgate.research.state_space.walks import verify_walks
 
 __all__ = [
     "Counterexample",

@@ -9,8 +9,8 @@ from loopgate.arrays import Flags, Small
 from loopgate.errors import PluginError
 from loopgate.foreign import blaming, name_of_class
 from loopgate.gates import Decision, Gate
-from loopgate.gates.careful import careful
 from loopgate.gates.collision import CollisionGate
+from loopgate.gates.following import careful
 from loopgate.gates.open import OpenGate
 from loopgate.model import Configuration, RobotId, StateId
 from loopgate.reading import shown

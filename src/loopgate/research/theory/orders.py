@@ -3,8 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from loopgate.errors import LoopgateError
-from loopgate.gates.circuits import Circuit
-from loopgate.gates.walks import Walk, default_lookahead, steps_ahead
+from loopgate.gates.algorithm2 import Circuit, Walk, default_lookahead, steps_ahead
 from loopgate.model import Configuration, System
 
 _Standing = tuple[tuple[int, int], ...]

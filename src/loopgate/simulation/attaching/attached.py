@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import pandas as pd
 
-from loopgate.abstraction.track import round_routes
+from loopgate.abstraction.itinerary import round_routes
 from loopgate.errors import ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation

@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any
 
-from loopgate.abstraction.track import round_routes
+from loopgate.abstraction.itinerary import round_routes
 from loopgate.control.diary import Diary
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType

@@ -6,8 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from loopgate.abstraction.itinerary import Itinerary
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Itinerary, Track
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from loopgate.abstraction.track import Track, rounds_from
+from loopgate.abstraction.itinerary import Track, rounds_from
 from loopgate.control.motion import braking_m
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType

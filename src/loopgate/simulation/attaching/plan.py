@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
-from loopgate.abstraction.places import QueuePlace
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary, Track, make_track
+from loopgate.abstraction.movements import QueuePlace
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues
-from loopgate.abstraction.track import Track, make_track
 from loopgate.network import Loop, RoadNetwork, VehicleType
 
 

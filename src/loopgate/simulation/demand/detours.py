@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from loopgate.abstraction.track import pivot
+from loopgate.abstraction.itinerary import pivot
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
 from loopgate.network.incidents import Incidents

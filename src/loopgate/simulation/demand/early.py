@@ -5,9 +5,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from loopgate.errors import LoopgateError
-from loopgate.network.departures import Flow
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.traffic_file import check_flows, flows_in
+from loopgate.network.vehicle_demand import Flow
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_options import begins_s
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from loopgate.abstraction.movements import reach_m
+from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
-from loopgate.abstraction.stretches import least_change_m, narrow_lanes
 from loopgate.errors import Refusal, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route

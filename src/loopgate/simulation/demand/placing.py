@@ -5,8 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from random import Random
 
-from loopgate.abstraction.itinerary import Itinerary
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Itinerary, Track
 from loopgate.control.start import VehicleStart
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleDemand, VehicleType

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-from loopgate.abstraction.track import round_routes, rounds
+from loopgate.abstraction.itinerary import round_routes, rounds
 from loopgate.control.start import VehicleStart
 from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import FLEET, without

@@ -9,8 +9,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from loopgate.results.columns import FRONT, FRONTS_PER_M, TIME, VEHICLE
-from loopgate.results.recorder import Recorder
-from loopgate.results.table_writing import TableFile
+from loopgate.results.recorder import Recorder, TableFile
 from loopgate.simulation.drive import Drive
 from loopgate.traffic.base import Traffic
 

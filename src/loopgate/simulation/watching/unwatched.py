@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.track import Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
 from loopgate.results.columns import EVENT, PLACE, TIME, Event
 

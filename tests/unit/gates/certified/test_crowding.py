@@ -17,7 +17,7 @@ from loopgate.gates.certified.checker import Checker
 from loopgate.gates.certified.crowding import find_crowd, is_plain_for_the_chain, too_many
 from loopgate.gates.certified.free_slots import FreeSlots
 from loopgate.model import StateId, System
-from loopgate.research.theory.residents import fits_with_two_empty, leaves_room_for_passers
+from loopgate.research.theory.certificates import fits_with_two_empty, leaves_room_for_passers
 
 Loops = list[tuple[int, ...]]
 

@@ -8,8 +8,8 @@ from builders import system
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.checker import Checker
+from loopgate.gates.certified.gate import Patience
 from loopgate.gates.certified.homes import Homes
-from loopgate.gates.certified.patience import Patience
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.random_systems import Shape, random_system
 

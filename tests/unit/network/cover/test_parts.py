@@ -12,10 +12,10 @@ from click.testing import CliRunner
 import loopgate.cli.cover_loops as command
 from loopgate.cli.main import cli
 from loopgate.network import RoadNetwork
-from loopgate.network.cover import circulation
+from loopgate.network.cover import design
 from loopgate.network.cover.design import CoverTask, make_design
 from loopgate.network.cover.parts import parts
-from loopgate.network.streets import both_ways
+from loopgate.network.road import both_ways
 
 GRID = str(Path(__file__).parents[4] / "networks" / "grid5-priority.net.xml")
 
@@ -54,7 +54,7 @@ def test_there_are_no_more_parts_than_loops() -> None:
 def test_a_circulation_in_many_parts_is_joined_without_cuts(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tour goes through all streets either way; cuts make it shorter, where they can be had."""
     network = RoadNetwork.open(GRID)
-    monkeypatch.setattr(circulation, "_MOST_PARTS", 0)
+    monkeypatch.setattr(design, "_MOST_PARTS", 0)
     joined = make_design(network, CoverTask())
     assert sorted(joined.tour.tolist()) == list(range(len(joined.ways.nodes)))
     assert joined.ways.length(joined.tour.tolist()) < 1.1 * joined.circulation

@@ -12,8 +12,8 @@ import pytest
 
 from loopgate import Scenario
 from loopgate.errors import LoopgateError, RouteError, ScenarioError
-from loopgate.network.departures import Flow
 from loopgate.network.traffic_file import MOST_OF_SUMO, check_flows, flows_in, read_traffic
+from loopgate.network.vehicle_demand import Flow
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.demand.amount import MOST_VEHICLES
 

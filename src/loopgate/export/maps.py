@@ -1,6 +1,8 @@
 """A run as GeoJSON, its loops as GPX and KML, and the day of each vehicle as a table."""
 
-from collections.abc import Iterator
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,20 +12,229 @@ import pandas as pd
 
 from loopgate.analysis import compute_waits
 from loopgate.analysis.columns import LONGEST, WAIT, WAITS
+from loopgate.arrays import Floats
 from loopgate.audit.layout import read_layout
 from loopgate.errors import ResultsError
-from loopgate.export.formats import Features, feature, file_names, geojson, write
-from loopgate.export.loop_lines import LoopLine, distinct
-from loopgate.export.loops import loop_features, street_feature, write_ways
+from loopgate.export.formats import Features, feature, file_names, geojson, gpx, kml, write
+from loopgate.network.loop import Loop
 from loopgate.network.projection import Projection
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import read_object, refusing
-from loopgate.replay.lines import DrawnLines, find_lines
+from loopgate.replay.scene import DrawnLines, find_lines
 from loopgate.results import columns as run
 from loopgate.results.columns import Event
-from loopgate.results.csv_text import csv_of
-from loopgate.results.table_reading import read_table
+from loopgate.results.table_reading import csv_of, read_table
 from loopgate.simulation.run_folder import LAYOUT, SUMMARY
+
+
+def export_loops(
+    network: RoadNetwork, loops: Sequence[Loop], folder: Path | str, *, left_out: Mapping[str, str] = {}
+) -> list[Path]:
+    """Write loops and their streets as map files (GeoJSON, GPX, KML); return their paths.
+
+    ``loops.geojson`` and ``streets.geojson`` hold all loops and streets; ``loops/NAME.gpx`` and
+    ``loops/NAME.kml`` hold one loop with its turn list. Longitude and latitude (WGS 84) follow from the
+    network's projection.
+
+    Raises `NetworkError` if the network has no projection, `ResultsError` if a file cannot be written.
+
+    Parameters
+    ----------
+    left_out
+        Reasons why streets are not covered, by edge; these streets are written too.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, find_loops
+    >>> from loopgate.export import export_loops
+    >>> network = RoadNetwork.open("sumo:DRT")
+    >>> files = export_loops(network, find_loops(network, 1, seed=1).loops, "out/maps")
+    >>> [file.name for file in files]
+    ['loops.geojson', 'streets.geojson', 'loop0.gpx', 'loop0.kml']
+    """
+    projection = Projection.of(network)
+    ways = [loop_line(loop) for loop in loops]
+    folder = Path(folder)
+    on: dict[str, list[str]] = {}
+    for way in ways:
+        for edge in dict.fromkeys(way.edges):
+            on.setdefault(edge, []).append(way.name)
+    streets = [
+        street_feature(
+            network, projection, edge, loops=" ".join(on.get(edge, [])), why_not=left_out.get(edge)
+        )
+        for edge in [*on, *(edge for edge in left_out if edge not in on)]
+    ]
+    return [
+        write(folder / "loops.geojson", geojson(loop_features(network, projection, ways))),
+        write(folder / "streets.geojson", geojson(streets)),
+        *write_ways(network, projection, ways, folder / "loops"),
+    ]
+
+
+def street_feature(
+    network: RoadNetwork, projection: Projection, edge: str, **more: object
+) -> dict[str, object]:
+    """Return an edge as a feature: rightmost lane, name, name of the street, length [m], and more."""
+    record = network.edges[edge]
+    line = projection.lonlat(record.lanes[0].shape)
+    return feature(line, edge=edge, street=record.street, length_m=record.length_m, **more)
+
+
+def loop_features(network: RoadNetwork, projection: Projection, ways: Sequence[LoopLine]) -> Features:
+    """Return loops as features: name, length of a lap [m], number of edges, streets in driving order."""
+    return [
+        feature(
+            projection.lonlat(way.line),
+            loop=way.name,
+            length_m=way.length_m,
+            edges=len(way.edges),
+            streets=", ".join(dict.fromkeys(filter(None, (network.edges[e].street for e in way.edges)))),
+        )
+        for way in ways
+    ]
+
+
+def write_ways(
+    network: RoadNetwork, projection: Projection, ways: Sequence[LoopLine], folder: Path
+) -> list[Path]:
+    """Write each loop as GPX and KML, with its turn list; return the files."""
+    names = file_names(way.name for way in ways)
+    files = []
+    for way in ways:
+        line = projection.lonlat(way.line)
+        turns = list(_told(network, projection, way))
+        files.append(write(folder / f"{names[way.name]}.gpx", gpx(way.name, line, turns)))
+        files.append(write(folder / f"{names[way.name]}.kml", kml(way.name, line, turns)))
+    return files
+
+
+def _told(network: RoadNetwork, projection: Projection, way: LoopLine) -> list[tuple[Floats, str, str]]:
+    turns = find_turns(network, way.edges, way.begins_m)
+    points = projection.lonlat(np.array([turn.point for turn in turns]))
+    return [
+        (point, turn.text, f"at {turn.at_m:.0f} m, edge {turn.edge}")
+        for point, turn in zip(points, turns, strict=True)
+    ]
+
+
+_STRAIGHT_DEG = 30.0
+_ROUND_DEG = 150.0
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One line of a loop's turn list: an instruction and its position on the map."""
+
+    at_m: float
+    """Distance from the loop's beginning [m]."""
+    point: tuple[float, float]
+    """Where the street begins, network coordinates [m]."""
+    text: str
+    edge: str
+
+
+@dataclass(frozen=True, slots=True)
+class LoopLine:
+    """A loop as a line on the map.
+
+    Attributes
+    ----------
+    name
+        The name of the loop.
+    line
+        Points of a lap, network coordinates [m], shape (n, 2).
+    edges
+        Edges in driving order.
+    begins_m
+        Distance of each edge's beginning from the loop's beginning [m].
+    length_m
+        Length of a lap [m].
+    """
+
+    name: str
+    line: Floats
+    edges: tuple[str, ...]
+    begins_m: tuple[float, ...]
+    length_m: float
+
+
+def loop_line(loop: Loop) -> LoopLine:
+    """Return a loop as a line on the map; the line is closed if the loop is.
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> from loopgate.export import loop_line
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> way = loop_line(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> way.edges[0], len(way.begins_m) == len(way.edges)
+    ('p1b', True)
+    """
+    points = loop.curve()[0]
+    line = np.vstack((points, points[:1])) if loop.closed else points
+    begins = tuple(span.begin_m for span in loop.roads)
+    return LoopLine(loop.id, distinct(line), loop.edges, begins, loop.length_m)
+
+
+def distinct(line: Floats) -> Floats:
+    """Return a line without repeated points."""
+    keep = np.concatenate(([True], np.abs(np.diff(line, axis=0)).max(axis=1, initial=0.0) > 0.0))
+    kept: Floats = line[keep] if keep.sum() > 1 else line[:2]
+    return kept
+
+
+def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[float]) -> list[Turn]:
+    """Return the turn list of a loop: its first street, each turn, and each new street name.
+
+    Turns of less than 30 degrees are *straight on*, those of more than 150 degrees *turn round*.
+
+    Parameters
+    ----------
+    edges
+        Edges in driving order; the last leads to the first.
+    begins_m
+        Distance of each edge's beginning from the loop's beginning [m].
+
+    Examples
+    --------
+    >>> from loopgate import RoadNetwork, read_loops
+    >>> from loopgate.export import find_turns, loop_line
+    >>> network = RoadNetwork.open("networks/ring3.net.xml")
+    >>> way = loop_line(read_loops(network, "routes/ring3.rou.xml").loops[0])
+    >>> [turn.text for turn in find_turns(network, way.edges, way.begins_m)][0]
+    'start on edge p1b'
+    """
+    turns: list[Turn] = []
+    for k, (edge, at_m) in enumerate(zip(edges, begins_m, strict=True)):
+        here, before = network.edges[edge], network.edges[edges[k - 1]]
+        point = here.lanes[0].shape[0]
+        if k == 0:
+            turns.append(Turn(at_m, point, f"start on {_called(here.street, edge)}", edge))
+            continue
+        angle = _heading(here.lanes[0].shape[:2]) - _heading(before.lanes[0].shape[-2:])
+        angle = (angle + 180.0) % 360.0 - 180.0
+        if abs(angle) < _STRAIGHT_DEG and here.street == before.street:
+            continue
+        into = "on" if here.street and here.street == before.street else "into"
+        what = "straight on" if abs(angle) < _STRAIGHT_DEG else _TURNS[angle > 0.0]
+        what = "turn round" if abs(angle) > _ROUND_DEG else what
+        turns.append(Turn(at_m, point, f"{what} {into} {_called(here.street, edge)}", edge))
+    return turns
+
+
+_TURNS = {True: "turn left", False: "turn right"}
+
+
+def _called(street: str, edge: str) -> str:
+    return street or f"edge {edge}"
+
+
+def _heading(points: Sequence[tuple[float, float]]) -> float:
+    """Return the direction from the first to the last point [degrees], against the clock from east."""
+    (x, y), (u, v) = points[0], points[-1]
+    return float(np.degrees(np.arctan2(v - y, u - x)))
+
 
 LAYERS = ("streets", "loops", "places")
 """What is written of a run as GeoJSON."""
