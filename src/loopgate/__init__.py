@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from loopgate.runs.start import run
     from loopgate.simulation.attaching.attach import attach
     from loopgate.simulation.attaching.attached import Attached
-    from loopgate.simulation.scenario import Scenario
-    from loopgate.simulation.scenario_file import read_scenario
+    from loopgate.simulation.scenario import Scenario, read_scenario
     from loopgate.sweep import LocalExecutor, Sweep, SweepOutcome, read_sweep, run_sweep
 
 _MODULES = {
@@ -45,8 +44,7 @@ _MODULES = {
     "loopgate.runs.start": ("run",),
     "loopgate.simulation.attaching.attach": ("attach",),
     "loopgate.simulation.attaching.attached": ("Attached",),
-    "loopgate.simulation.scenario": ("Scenario",),
-    "loopgate.simulation.scenario_file": ("read_scenario",),
+    "loopgate.simulation.scenario": ("Scenario", "read_scenario"),
     "loopgate.sweep": ("LocalExecutor", "Sweep", "SweepOutcome", "read_sweep", "run_sweep"),
     "loopgate.research.state_space": ("explore",),
 }

@@ -11,7 +11,7 @@ import click
 import pytest
 
 from loopgate.cli.main import cli
-from loopgate.cli.run import HELP, GroupedCommand
+from loopgate.cli.run import OPTIONS, GroupedCommand
 from loopgate.simulation.scenario import kinds
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}
@@ -76,5 +76,5 @@ def test_the_command_is_a_module_too() -> None:
 
 def test_each_key_of_a_scenario_has_an_option() -> None:
     """Under one heading; only the network is an argument."""
-    told = [key for keys in HELP.values() for key in keys]
+    told = [key for keys in OPTIONS.values() for key in keys]
     assert sorted(told) == sorted(kinds().keys() - {"network"})

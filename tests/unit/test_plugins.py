@@ -17,8 +17,7 @@ from loopgate.model import System
 from loopgate.negotiation.registry import make_negotiation, name_negotiation
 from loopgate.negotiation.simple import OldestFirst
 from loopgate.plugins import in_file
-from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.scenario_file import read_scenario
+from loopgate.simulation.scenario import Scenario, read_scenario
 
 MINE = """
 from __future__ import annotations

@@ -4,20 +4,239 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import numbers
+import operator
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, NamedTuple, NoReturn, get_type_hints
 
 import tomli_w
 
 from loopgate.errors import LoopgateError, ScenarioError
-from loopgate.reading import is_file, meant, shown
-from loopgate.simulation.scenario_checks import check
-from loopgate.simulation.values import Rule, amounts, checked, choice, flag, length_range, real, text, whole
+from loopgate.gates import check_gate
+from loopgate.negotiation.registry import check_negotiation
+from loopgate.plugins import in_file
+from loopgate.reading import as_path, is_file, is_plain, meant, read_toml, shown
+from loopgate.simulation.sumo_words import own_words
 from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
+
+_LARGEST_AMOUNT = 1e6
+
+_LONGEST_TEXT = 4096
+"""Most characters of a text; a path can be this long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """The rule for one kind of value.
+
+    Attributes
+    ----------
+    expected
+        The allowed values, in words for messages.
+    accept
+        Returns a value in the form in which the scenario has it; raises TypeError or ValueError if the value
+        is not allowed.
+    words
+        The words of a choice; empty for other kinds of value.
+    """
+
+    expected: str
+    accept: Callable[[object], object]
+    words: tuple[str, ...] = ()
+
+
+class Option(NamedTuple):
+    """What the command line says of a field: its heading, its help, and the name of its value."""
+
+    group: str
+    help: str
+    metavar: str | None = None
+
+
+def checked(key: str, value: object, rule: Rule) -> object:
+    """Return a value in the form in which the scenario has it; refuse a value that is not allowed.
+
+    Raises
+    ------
+    ScenarioError
+        If the key does not allow the value. The text lists the values that it allows.
+    """
+    try:
+        return rule.accept(value)
+    except (TypeError, ValueError, OverflowError) as error:
+        msg = f"{key} is {shown(value)}; expected {rule.expected}"
+        raise ScenarioError(msg) from error
+
+
+def real(least: float, most: float) -> Rule:
+    """Return the rule for a finite number within two bounds."""
+    return Rule(f"a number from {least:g} to {most:g}", lambda value: _number(value, least, most))
+
+
+def whole(least: int, most: int) -> Rule:
+    """Return the rule for a whole number within two bounds."""
+
+    def accept(value: object) -> int:
+        _of_type(value, numbers.Integral)
+        number = operator.index(value)  # type: ignore[arg-type]  # numpy's whole numbers have one too
+        return number if least <= number <= most else _refuse()
+
+    return Rule(f"a whole number from {least} to {most}", accept)
+
+
+def length_range(most: float) -> Rule:
+    """Return the rule for two lengths [m] above 0, the shorter first, also written ``400:2000``."""
+
+    def accept(value: object) -> tuple[float, float]:
+        pair = [float(part) for part in value.split(":")] if isinstance(value, str) else value
+        if not isinstance(pair, list | tuple):
+            raise TypeError
+        low, high = (_number(part, 0.0, most) for part in pair)
+        return (low, high) if 0.0 < low <= high else _refuse()
+
+    return Rule(f"two numbers, shortest and longest, above 0 and up to {most:g}", accept)
+
+
+def text() -> Rule:
+    """Return the rule for a text without control characters, which can be a file name."""
+
+    def accept(value: object) -> str:
+        if not isinstance(value, str):
+            raise TypeError
+        return value if len(value) <= _LONGEST_TEXT and is_plain(value) else _refuse()
+
+    return Rule(f"a text of at most {_LONGEST_TEXT} characters, none of them control characters", accept)
+
+
+def amounts(*, whole_only: bool) -> Rule:
+    """Return the rule for positive amounts by name, as a table or ``one=2,other=0.5``."""
+    kind = "whole numbers" if whole_only else "numbers"
+
+    def accept(value: object) -> str:
+        if isinstance(value, Mapping):
+            value = ",".join(f"{name}={amount}" for name, amount in value.items())
+        read = parse_amounts(str(text().accept(value)))
+        if not all(0.0 < x <= _LARGEST_AMOUNT and not (whole_only and x % 1) for x in read.values()):
+            _refuse()
+        return ",".join(f"{name}={amount:g}" for name, amount in read.items())
+
+    return Rule(f"names with {kind} above 0: one=2,other=3", accept)
+
+
+def parse_amounts(words: str) -> dict[str, float]:
+    """Return amounts by name, in order; raise `ValueError` if the text is invalid."""
+    read: dict[str, float] = {}
+    for word in filter(None, words.split(",")):
+        name, _, amount = word.rpartition("=")
+        if not name.strip() or name.strip() in read:
+            _refuse()
+        read[name.strip()] = float(amount)
+    return read
+
+
+def choice(words: tuple[str, ...]) -> Rule:
+    """Return the rule for a choice of words; the empty word stands for a default."""
+    named = tuple(filter(None, words))
+    accept: Callable[[object], object] = lambda value: value if value in words else _refuse()  # noqa: E731
+    return Rule(f"one of {', '.join(named)}", accept, named)
+
+
+def flag() -> Rule:
+    """Return the rule for yes or no."""
+    return Rule("true or false", lambda value: value if isinstance(value, bool) else _refuse())
+
+
+def _number(value: object, least: float, most: float) -> float:
+    _of_type(value, numbers.Real)
+    number = float(value)  # type: ignore[arg-type]  # numpy's numbers too
+    return number if least <= number <= most else _refuse()
+
+
+def _of_type(value: object, kind: type) -> None:
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise TypeError
+
+
+def _refuse() -> NoReturn:
+    raise ValueError
+
+
+LONGEST_GATED_STEP_S = 1.0
+"""Longest step under a gate [s]: SUMO's drivers keep a headway of one second only if steps are no longer."""
+
+
+def check(scenario: Scenario) -> None:
+    """Raise `ScenarioError` if settings of a scenario contradict each other; the text names them."""
+    _check_names(scenario.gate, scenario.rule_for_negotiation)
+    _check_incidents(scenario)
+    _check_decide(scenario)
+    if scenario.traffic and scenario.gated and scenario.abstraction != "queues":
+        msg = (
+            f"traffic: with gate {scenario.gate} it works on abstraction queues only; on "
+            f"{scenario.abstraction} the gate does not know where ordinary vehicles are in the way"
+        )
+        raise ScenarioError(msg)
+    if sum(map(bool, (scenario.vehicles, scenario.vehicles_per_km, scenario.on_loops))) > 1:
+        msg = "vehicles, vehicles_per_km, on_loops: each sets the number of vehicles; give one"
+        raise ScenarioError(msg)
+    if scenario.weights and not scenario.revisit_s:
+        msg = "weights: they divide revisit_s, the longest time between visits; give revisit_s too"
+        raise ScenarioError(msg)
+    if scenario.spacing == "hold" and not scenario.gated:
+        msg = "spacing: hold works under a gate only, where vehicles can be held; take advice, or a gate"
+        raise ScenarioError(msg)
+    if scenario.gated and scenario.step_s > LONGEST_GATED_STEP_S:
+        msg = (
+            f"step_s is {scenario.step_s}; expected at most {LONGEST_GATED_STEP_S:g} under a gate, or "
+            "vehicles drive into each other; gate open takes longer ones"
+        )
+        raise ScenarioError(msg)
+    own = dict(own_words(scenario.sumo))
+    if (scenario.positions or scenario.fcd) and (
+        (scenario.positions and scenario.fcd) or "fcd-output" in own
+    ):
+        msg = "fcd: SUMO writes positions to one file only; give positions (positions.csv.gz) or fcd"
+        raise ScenarioError(msg)
+    if scenario.on_deadlock == "teleport" and scenario.gated:
+        msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
+        raise ScenarioError(msg)
+
+
+def _check_incidents(scenario: Scenario) -> None:
+    if scenario.incidents and scenario.gated and scenario.abstraction != "queues":
+        msg = "incidents: they work on abstraction queues only, where vehicles are led round them"
+        raise ScenarioError(msg)
+
+
+def _check_decide(scenario: Scenario) -> None:
+    if scenario.by_messages is None:
+        return
+    kind = scenario.gate.partition(":")[0], scenario.abstraction
+    of_paper = kind == ("algorithm2", "segments") and not scenario.by_messages.processes
+    wrong = {
+        f"gate {scenario.gate} on {scenario.abstraction}": kind != ("certified", "queues") and not of_paper,
+        "traffic": bool(scenario.traffic),
+        "incidents": bool(scenario.incidents),
+    }
+    for what, there in wrong.items():
+        if there:
+            msg = (
+                "decide: vehicles works with gate certified on queues, or algorithm2 on segments (not as "
+                f"processes), without ordinary traffic and incidents; found {what}; take central"
+            )
+            raise ScenarioError(msg)
+
+
+@lru_cache(maxsize=256)
+def _check_names(gate: str, negotiation: str) -> None:
+    """Check gate and negotiation as far as possible without roads; cached for sweeps."""
+    check_gate(gate)
+    check_negotiation(negotiation)
+
 
 ABSTRACTIONS = ("segments", "queues")
 LIGHTS = ("off", "keep", "obey")
@@ -149,52 +368,189 @@ class Scenario:
 
     network: Annotated[str, text()]
     # Loops
-    routes: Annotated[str, text()] = ""
-    loops: Annotated[int, whole(0, _MANY)] = 0
-    loop_length_m: Annotated[tuple[float, float], length_range(1e6)] = (400.0, 2000.0)
-    max_shared: Annotated[float, real(0.0, 1.0)] = 1.0
-    u_turns: Annotated[bool, flag()] = False
-    loops_seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
+    routes: Annotated[str, text(), Option("Loops", "Route file or .sumocfg with closed loops.")] = ""
+    loops: Annotated[
+        int, whole(0, _MANY), Option("Loops", "Number of random loops, if there is no --routes.")
+    ] = 0
+    loop_length_m: Annotated[
+        tuple[float, float], length_range(1e6), Option("Loops", "Length of random loops [m].", "MIN:MAX")
+    ] = (400.0, 2000.0)
+    max_shared: Annotated[
+        float,
+        real(0.0, 1.0),
+        Option("Loops", "Largest share of a random loop in zones with other loops, 0 to 1."),
+    ] = 1.0
+    u_turns: Annotated[
+        bool, flag(), Option("Loops", "Let vehicles on random loops turn round at junctions.")
+    ] = False
+    loops_seed: Annotated[int, whole(0, _LARGEST_SEED), Option("Loops", "Seed of the random loops.")] = 1
     # Vehicles
-    vehicles: Annotated[int, whole(0, _MANY)] = 0
-    vehicles_per_km: Annotated[float, real(0.0, 1e3)] = 0.0
-    on_loops: Annotated[str, amounts(whole_only=True)] = ""
-    types: Annotated[str, amounts(whole_only=False)] = ""
-    drivers: Annotated[str, choice(DRIVERS)] = "human"
-    starts: Annotated[str, choice(("", *STARTS))] = ""
-    stops: Annotated[str, text()] = ""
-    traffic: Annotated[str, text()] = ""
+    vehicles: Annotated[
+        int, whole(0, _MANY), Option("Vehicles", "Number of vehicles. Default: one per loop.")
+    ] = 0
+    vehicles_per_km: Annotated[
+        float,
+        real(0.0, 1e3),
+        Option("Vehicles", "Number of vehicles per kilometre of loop, in place of --vehicles."),
+    ] = 0.0
+    on_loops: Annotated[
+        str,
+        amounts(whole_only=True),
+        Option("Vehicles", "Number of vehicles on each loop, in place of --vehicles: loop0=3,loop4=1."),
+    ] = ""
+    types: Annotated[
+        str,
+        amounts(whole_only=False),
+        Option(
+            "Vehicles",
+            "Vehicle types and their shares: bus=1,car=4. Types of the route file, or SUMO's classes.",
+        ),
+    ] = ""
+    drivers: Annotated[
+        str,
+        choice(DRIVERS),
+        Option("Vehicles", "human (default): as the vehicle types say; machine: no dawdling, short headway."),
+    ] = "human"
+    starts: Annotated[
+        str,
+        choice(("", *STARTS)),
+        Option(
+            "Vehicles",
+            "Start positions: random (default), or even (more vehicles on longer laps, evenly spaced).",
+        ),
+    ] = ""
+    stops: Annotated[
+        str, text(), Option("Vehicles", "Additional files with the stops that route files name: FILE,FILE.")
+    ] = ""
+    traffic: Annotated[
+        str,
+        text(),
+        Option("Vehicles", "Route file or .sumocfg with ordinary vehicles, which keep SUMO's rules."),
+    ] = ""
     # Gate
-    gate: Annotated[str, text()] = "certified"
-    who: Annotated[str, text()] = ""
-    abstraction: Annotated[str, choice(ABSTRACTIONS)] = "queues"
-    negotiation: Annotated[str, text()] = ""
-    decide: Annotated[str, text()] = CENTRAL
-    serve_after_s: Annotated[float, real(0.0, _LONG_S)] = SERVE_AFTER_S
-    lights: Annotated[str, choice(("", *LIGHTS))] = ""
-    spacing: Annotated[str, choice(("", *SPACINGS))] = ""
-    incidents: Annotated[str, text()] = ""
-    standing: Annotated[str, choice(STANDING)] = "contain"
-    rho_m: Annotated[float, real(0.01, 1e3)] = 1.25
-    piece_m: Annotated[float, real(0.01, 1e6)] = 100.0
+    gate: Annotated[
+        str,
+        text(),
+        Option("Gate", "Gate: name or name:option=value. Under 'open' SUMO's right of way rules."),
+    ] = "certified"
+    who: Annotated[
+        str,
+        text(),
+        Option(
+            "Gate",
+            "Vehicles under the gate, if trips are read: all (default), loops, a vType, or a file of names.",
+        ),
+    ] = ""
+    abstraction: Annotated[
+        str, choice(ABSTRACTIONS), Option("Gate", "Cut roads into queues (places) or segments (the paper).")
+    ] = "queues"
+    negotiation: Annotated[
+        str,
+        text(),
+        Option(
+            "Gate", "Order of requests: oldest (default on segments), pressure (default on queues), random."
+        ),
+    ] = ""
+    decide: Annotated[
+        str,
+        text(),
+        Option(
+            "Gate",
+            "Who decides slots and the chain rule: central (default), "
+            "vehicles:range=150,loss=0.1,delay=0.2, or processes (of the same options): one for each "
+            "vehicle.",
+            "WHO",
+        ),
+    ] = CENTRAL
+    serve_after_s: Annotated[
+        float,
+        real(0.0, _LONG_S),
+        Option("Gate", "Serve a vehicle that has waited this long for a grant [s]; 0: never."),
+    ] = SERVE_AFTER_S
+    lights: Annotated[
+        str,
+        choice(("", *LIGHTS)),
+        Option(
+            "Gate",
+            "Traffic lights: off (default with a gate), keep (default for open), obey (grants into green).",
+        ),
+    ] = ""
+    spacing: Annotated[
+        str,
+        choice(("", *SPACINGS)),
+        Option(
+            "Gate", "Even spacing on loops: none, hold (at gates; default with --revisit), advice (speeds)."
+        ),
+    ] = ""
+    incidents: Annotated[str, text(), Option("Gate", "TOML file of closures and breakdowns.")] = ""
+    standing: Annotated[
+        str,
+        choice(STANDING),
+        Option("Gate", "If a vehicle stands long: contain (default) leads loops round it; wait does not."),
+    ] = "contain"
+    rho_m: Annotated[
+        float, real(0.01, 1e3), Option("Gate", "Safe radius of the segments abstraction [m].")
+    ] = 1.25
+    piece_m: Annotated[
+        float, real(0.01, 1e6), Option("Gate", "Longest private piece of the segments abstraction [m].")
+    ] = 100.0
     # Watching
-    revisit_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
-    weights: Annotated[str, text()] = ""
-    districts: Annotated[str, text()] = ""
-    on_deadlock: Annotated[str, choice(ON_DEADLOCK)] = "stop"
-    deadlock_after_s: Annotated[float, real(0.0, _LONG_S)] = 60.0
-    starving_s: Annotated[float, real(1.0, _LONG_S)] = 600.0
+    revisit_s: Annotated[
+        float,
+        real(0.0, _LONG_S),
+        Option("Watching", "Name the streets that went unseen for longer than this [s]."),
+    ] = 0.0
+    weights: Annotated[
+        str,
+        text(),
+        Option("Watching", "File of streets to visit more often: lines EDGE WEIGHT (with --revisit)."),
+    ] = ""
+    districts: Annotated[
+        str,
+        text(),
+        Option("Watching", "XML file of polygons: the run says how well each district was watched."),
+    ] = ""
+    on_deadlock: Annotated[
+        str, choice(ON_DEADLOCK), Option("Watching", "Stop the run at a deadlock, or continue.")
+    ] = "stop"
+    deadlock_after_s: Annotated[
+        float,
+        real(0.0, _LONG_S),
+        Option("Watching", "Time that vehicles stand in a circle before it counts as a deadlock [s]."),
+    ] = 60.0
+    starving_s: Annotated[
+        float,
+        real(1.0, _LONG_S),
+        Option("Watching", "Name vehicles that get no grant for this long while others do [s]."),
+    ] = 600.0
     # Output
-    positions: Annotated[bool, flag()] = False
-    fcd: Annotated[bool, flag()] = False
-    tripinfo: Annotated[bool, flag()] = False
-    edgedata: Annotated[bool, flag()] = False
+    positions: Annotated[
+        bool,
+        flag(),
+        Option(
+            "Output",
+            "Record the position of every vehicle at every step; the audit then checks crossings and bodies.",
+        ),
+    ] = False
+    fcd: Annotated[bool, flag(), Option("Output", "SUMO writes fcd.xml.gz into the run folder.")] = False
+    tripinfo: Annotated[bool, flag(), Option("Output", "SUMO writes tripinfo.xml into the run folder.")] = (
+        False
+    )
+    edgedata: Annotated[bool, flag(), Option("Output", "SUMO writes edgedata.xml into the run folder.")] = (
+        False
+    )
     # SUMO
-    duration_s: Annotated[float, real(1.0, _LONG_S)] = 3600.0
-    warmup_s: Annotated[float, real(0.0, _LONG_S)] = 0.0
-    seed: Annotated[int, whole(0, _LARGEST_SEED)] = 1
-    step_s: Annotated[float, real(0.01, 10.0)] = 1.0
-    sumo: Annotated[str, text()] = ""
+    duration_s: Annotated[float, real(1.0, _LONG_S), Option("SUMO", "Measured simulated time [s].")] = 3600.0
+    warmup_s: Annotated[
+        float, real(0.0, _LONG_S), Option("SUMO", "Simulated time before the measured time [s].")
+    ] = 0.0
+    seed: Annotated[
+        int, whole(0, _LARGEST_SEED), Option("SUMO", "Seed of SUMO, start positions and negotiation.")
+    ] = 1
+    step_s: Annotated[float, real(0.01, 10.0), Option("SUMO", "Simulation step [s].")] = 1.0
+    sumo: Annotated[
+        str, text(), Option("SUMO", "More options for SUMO: '--lanechange-output lc.xml ...'.", "OPTIONS")
+    ] = ""
 
     def __post_init__(self) -> None:
         for name, rule in _rules().items():
@@ -339,6 +695,16 @@ def _rules() -> Mapping[str, Rule]:
     return {field.name: hints[field.name].__metadata__[0] for field in dataclasses.fields(Scenario)}
 
 
+def options() -> dict[str, dict[str, Option]]:
+    """Return the options of the command line by heading and field, each in the order of use."""
+    hints = get_type_hints(Scenario, include_extras=True)
+    found: dict[str, dict[str, Option]] = {}
+    for field in dataclasses.fields(Scenario):
+        for said in hints[field.name].__metadata__[1:]:
+            found.setdefault(said.group, {})[field.name] = said
+    return found
+
+
 def kinds() -> dict[str, tuple[type, Rule]]:
     """Return the type and the rule of each field, from its annotation."""
     plain = get_type_hints(Scenario)
@@ -355,3 +721,37 @@ def option_name(field: str) -> str:
     'serve-after'
     """
     return _OPTION.get(field) or field.removesuffix("_s").removesuffix("_m").replace("_", "-")
+
+
+def read_scenario(file: Path | str) -> Scenario:
+    """Read a scenario from a TOML file; paths in the file are relative to its folder.
+
+    Raises
+    ------
+    ScenarioError
+        If the file cannot be read or is no valid scenario; the message names the file and the key.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from loopgate import read_scenario
+    >>> Path("mine.toml").write_text('network = "sumo:DRT"') > 0
+    True
+    >>> read_scenario("mine.toml").gate
+    'certified'
+    """
+    path = as_path(file, "scenario file", ScenarioError)
+    data = read_toml(path, "scenario", ScenarioError)
+    for key in ("network", "routes", "incidents", "traffic", "weights", "districts", "who", "gated"):
+        name = data.get(key)
+        if not isinstance(name, str) or (key in {"who", "gated"} and not is_file(path.parent / name)):
+            continue
+        if name and not name.startswith("sumo:"):
+            data[key] = str(path.parent / name)
+    if isinstance(data.get("stops"), str) and data["stops"]:
+        data["stops"] = ",".join(str(path.parent / name.strip()) for name in data["stops"].split(","))
+    for key in ("gate", "negotiation"):
+        where = in_file(data.get(key))
+        if where is not None:
+            data[key] = f"{path.parent / where.file}:{where.rest}"
+    return Scenario.from_dict(data, source=str(file))

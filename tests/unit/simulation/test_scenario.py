@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.scenario_file import read_scenario
+from loopgate.simulation.scenario import Scenario, read_scenario
 
 
 def test_a_written_scenario_is_read_back(tmp_path: Path) -> None:

@@ -7,8 +7,7 @@ from loopgate.gates.registry import check_gate, name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.network import RoadNetwork
 from loopgate.simulation.attaching.attached import Attached
-from loopgate.simulation.scenario import STANDING
-from loopgate.simulation.scenario_checks import LONGEST_GATED_STEP_S
+from loopgate.simulation.scenario import LONGEST_GATED_STEP_S, STANDING
 from loopgate.simulation.settings import check_options
 from loopgate.traffic.running import RunningSumo
 

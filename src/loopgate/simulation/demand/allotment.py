@@ -10,8 +10,7 @@ from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.network.vehicle_type import type_of_class
 from loopgate.simulation.demand.amount import MOST_VEHICLES
-from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.values import parse_amounts
+from loopgate.simulation.scenario import Scenario, parse_amounts
 
 
 def give_loops(scenario: Scenario, network: RoadNetwork, file: RoutesFile) -> list[VehicleDemand]:

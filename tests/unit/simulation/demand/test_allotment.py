@@ -11,8 +11,7 @@ from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.network.routes_text import routes_text
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.scenario_file import read_scenario
+from loopgate.simulation.scenario import Scenario, read_scenario
 
 GRID = "networks/grid5-priority.net.xml"
 
