@@ -24,7 +24,7 @@ from throughput_study import RULE, WARMUP_S, Study, markdown, parser, with_half,
 from loopgate.cli.terminal import show_progress
 from loopgate.control.start import VehicleStart
 from loopgate.network import write_loops
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import write_sumo_input

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from loopgate import Sweep, read_results, read_sweep, run_sweep
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 HERE = Path(__file__).resolve().parent
 RUNS = 30

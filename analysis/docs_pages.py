@@ -17,7 +17,8 @@ import click
 import loopgate
 from loopgate import analysis, plots
 from loopgate.cli.main import cli
-from loopgate.results import columns, row_columns
+from loopgate.results import columns
+from loopgate.results.figures import FIGURES
 from loopgate.simulation import scenario
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
 _LOOPGATE_COMPLETE=fish_source loopgate > ~/.config/fish/completions/loopgate.fish"""
 _EXIT_CODES = """0: done. 2: bad input, one line says what. 3: a run ended in a deadlock. 4: a gated run was
 not clean. 5: vehicles starved behind one that stands. 130: interrupted."""
+_HEADINGS = "Tables of a run", "A row of a sweep", "Tables of an analysis"
 _ELSEWHERE, _HERE = "https://unpkg.com/iframe-worker/shim", "assets/iframe-worker.js"
 _SCENARIO = """# Scenario
 
@@ -43,6 +45,7 @@ def pages() -> dict[str, str]:
         "reference/commands.md": commands(),
         "reference/scenario.md": scenario_keys(),
         "reference/columns.md": column_names(),
+        "reference/summary.md": figures(),
         "reference/python.md": functions(),
     }
 
@@ -101,12 +104,8 @@ def column_names() -> str:
         "# Columns",
         "Names of columns, and their units; `loopgate.results.columns` has them as constants.",
     ]
-    for title, module in (
-        ("Tables of a run", columns),
-        ("A row of a sweep", row_columns),
-        ("Analysis", analysis.columns),
-    ):
-        rows = [f"| `{name}` | {said} |" for name, said in _constants(module)]
+    for title, found in itertools.groupby(_constants(columns), lambda one: one[0]):
+        rows = [f"| `{name}` | {said} |" for _, name, said in found]
         parts.append(f"## {title}\n\n| column | meaning |\n|---|---|\n" + "\n".join(rows))
     rows = [f"| `{kind}` | {said} |" for kind, said in _kinds()]
     parts.insert(3, "## Events\n\n| event | meaning |\n|---|---|\n" + "\n".join(rows))
@@ -122,10 +121,14 @@ def _kinds() -> Iterator[tuple[str, str]]:
                 yield name, " ".join(str(text).split()).replace("|", "\\|")
 
 
-def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
-    """Yield value and comment of each constant text of a module, once each, and of those a mapping holds."""
+def _constants(module: ModuleType) -> Iterator[tuple[str, str, str]]:
+    """Yield heading, value and comment of each constant text of a module, and of those a mapping holds.
+
+    The headings are comments that begin with one of `_HEADINGS`. A text is yielded once.
+    """
     lines = inspect.getsource(module).splitlines()
     seen = set()
+    begins = {n: h for n, line in enumerate(lines, 1) for h in _HEADINGS if line.startswith(f"# {h}")}
     for node in ast.parse("\n".join(lines)).body:
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue
@@ -135,7 +138,18 @@ def _constants(module: ModuleType) -> Iterator[tuple[str, str]]:
         for text in value.values() if isinstance(value, dict) else [value]:
             if isinstance(text, str) and text not in seen:
                 seen.add(text)
-                yield text, said
+                yield begins[max(n for n in begins if n <= node.lineno)], text, said
+
+
+def figures() -> str:
+    """Return every figure of ``summary.json`` with its words."""
+    rows = [
+        f"| {', '.join(f'`{key}`' for key in figure.keys.split())} | {figure.means} |"
+        for figure in FIGURES
+        if figure.means
+    ]
+    text = re.sub(r"\]\((?!\w+:)", "](../", "\n".join(rows))
+    return f"# summary.json\n\n| key | meaning |\n|---|---|\n{text}\n"
 
 
 def functions() -> str:

@@ -17,8 +17,8 @@ from fuzz_readers import Reader
 from loopgate import analysis, plots, read_results, read_run, write_report
 from loopgate.plots.charts import figure_spec
 from loopgate.report import page
-from loopgate.results import columns as run
-from loopgate.results.summary_rows import summary_rows
+from loopgate.results import columns as c
+from loopgate.results.figures import summary_rows
 from loopgate.runs.results import Results
 from loopgate.runs.run import Run
 
@@ -79,7 +79,7 @@ def _of_runs(results: Results, random: Random) -> None:
     elif name in {"compute_edge_means", "compute_ranked"}:
         table = compute(runs=results.runs, edge_sets=results.edge_sets)
         if name == "compute_edge_means":
-            figure_spec(plots.plot_edges(table, run.STOOD))
+            figure_spec(plots.plot_edges(table, c.STOOD))
     else:
         table = compute(runs=results.runs)
         plot = _OF_RUNS[name]
@@ -93,7 +93,7 @@ def _of_one(one: Run, random: Random) -> None:
     if name == "flow":
         figure_spec(plots.plot_flow(analysis.compute_flow(flow=one.flow)))
     elif name == "streets" and one.streets is not None:
-        streets = one.streets[run.EDGE]
+        streets = one.streets[c.EDGE]
         seen = analysis.compute_seen_within(events=one.events, streets=streets, end_s=end_s)
         figure_spec(plots.plot_seen_within({"": seen}, bound_s=60.0))
         figure_spec(plots.plot_unwatched(one.streets))

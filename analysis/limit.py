@@ -52,7 +52,7 @@ from throughput_study import (
 from loopgate import Scenario
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.cli.terminal import show_progress
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate as simulate_one
 

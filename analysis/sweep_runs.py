@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from loopgate.cli.terminal import show_progress
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 

@@ -17,9 +17,9 @@ from frame_table import frame_table
 from rich.console import Console
 from sweep_runs import sweep_runs
 
-from loopgate.analysis import columns as ac
 from loopgate.analysis import compute_safety, compute_time_to_deadlock
-from loopgate.results import row_columns as c
+from loopgate.results import columns as ac
+from loopgate.results import columns as c
 from loopgate.sweep import Sweep, read_sweep
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -20,7 +20,7 @@ from sweep_runs import sweep_runs
 
 from loopgate.analysis.statistics import mean_interval
 from loopgate.network import Loop, write_loops
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -23,7 +23,7 @@ from sweep_runs import sweep_runs
 
 from loopgate.errors import ResultsError
 from loopgate.network import RoadNetwork
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -35,7 +35,7 @@ from loopgate.network.cover.design import CoverTask
 from loopgate.network.cover.watch import even_starts_m, laps_s, vehicles_needed
 from loopgate.network.routes_text import routes_text, write_text
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.sweep import Sweep
 
 PAGE = ROOT / "docs" / "studies" / "covering.md"

@@ -12,8 +12,8 @@ import pytest
 from loopgate import Scenario
 from loopgate.cli.run import exit_code
 from loopgate.results.columns import Event
+from loopgate.results.figures import summary_rows
 from loopgate.results.recorder import read_events
-from loopgate.results.summary_rows import summary_rows
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo

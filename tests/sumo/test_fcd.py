@@ -14,7 +14,7 @@ from made_networks import netgenerate
 
 from loopgate import Scenario, read_fcd, run
 from loopgate.errors import ResultsError
-from loopgate.results.summary_rows import summary_rows
+from loopgate.results.figures import summary_rows
 
 pytestmark = pytest.mark.sumo
 

@@ -14,6 +14,7 @@ from loopgate.control import used_stops
 from loopgate.errors import ScenarioError
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
+from loopgate.results.figures import FIGURES
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -30,6 +31,7 @@ GRID = Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml"
 def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
     """No collision, no teleport, no deadlock, no trespass; every vehicle completes laps."""
     summary = simulate(CITY, tmp_path / "run")
+    assert set(summary) <= {key for figure in FIGURES for key in figure.keys.split()}
     assert summary["outcome"] == "done"
     assert (summary["collisions"], summary["teleports"], summary["deadlocks"]) == (0, 0, [])
     assert summary["audit"] == "clean"

@@ -11,7 +11,7 @@ from loopgate import Scenario
 from loopgate.analysis import compute_starving
 from loopgate.analysis.rows import read_run_row
 from loopgate.cli.run import exit_code
-from loopgate.results.summary_rows import summary_rows
+from loopgate.results.figures import summary_rows
 from loopgate.runs.run import read_run
 from loopgate.simulation.run import simulate
 

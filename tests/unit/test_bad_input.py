@@ -25,7 +25,7 @@ from loopgate.model import read_system, system_from_dict
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.traffic_file import read_traffic
 from loopgate.research.theory.certificates import CertificateError, check_certificate
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.sweep.execution import Store

@@ -13,6 +13,7 @@ import pytest
 
 from loopgate.gates import Reason, gate_names
 from loopgate.results import columns
+from loopgate.results.figures import FIGURES
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.simulation.scenario import Scenario
 
@@ -38,6 +39,13 @@ def explained(page: str) -> set[str]:
 def test_every_column_has_a_row(names: Sequence[str]) -> None:
     """In the reference, which is made from the constants that spell them."""
     assert set(names) <= explained(docs_pages.column_names())
+
+
+def test_every_figure_has_words() -> None:
+    """Also those that have no row for a person; two share the words of another."""
+    silent = [figure.keys for figure in FIGURES if not figure.means]
+    known = {key for figure in FIGURES if figure.means for key in figure.keys.split()}
+    assert set(silent) <= known
 
 
 def test_every_row_says_what_its_column_means() -> None:

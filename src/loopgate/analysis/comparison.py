@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import FEWEST, mean_interval, paired_interval
 from loopgate.errors import AnalysisError
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _KMH_PER_MPS = 3.6
 
@@ -52,9 +51,9 @@ def compute_mean(
             low = max(low, 0.0)
         spread = float(sample.std(ddof=1)) if sample.size > 1 else np.nan
         rows.append(
-            {**names, a.RUNS: int(sample.size), a.MEAN: mean, a.STD: spread, a.LOW: low, a.HIGH: high}
+            {**names, c.RUNS: int(sample.size), c.MEAN: mean, c.STD: spread, c.LOW: low, c.HIGH: high}
         )
-    return table(rows, [*by, a.RUNS, a.MEAN, a.STD, a.LOW, a.HIGH])
+    return table(rows, [*by, c.RUNS, c.MEAN, c.STD, c.LOW, c.HIGH])
 
 
 def compute_paired(
@@ -129,17 +128,17 @@ def compute_paired(
         rows.append(
             {
                 **names,
-                a.BASELINE: baseline,
-                a.PAIRS: len(pairs),
-                a.DIFFERENCE: mean,
-                a.LOW: low,
-                a.HIGH: high,
-                a.KIND: kind,
-                a.RATIO: float(pairs[value].sum()) / total if total else np.nan,
-                a.BETTER: float((difference > 0).mean()),
+                c.BASELINE: baseline,
+                c.PAIRS: len(pairs),
+                c.DIFFERENCE: mean,
+                c.LOW: low,
+                c.HIGH: high,
+                c.KIND: kind,
+                c.RATIO: float(pairs[value].sum()) / total if total else np.nan,
+                c.BETTER: float((difference > 0).mean()),
             }
         )
-    return table(rows, [of, *by, a.BASELINE, a.PAIRS, a.DIFFERENCE, a.LOW, a.HIGH, a.KIND, a.RATIO, a.BETTER])
+    return table(rows, [of, *by, c.BASELINE, c.PAIRS, c.DIFFERENCE, c.LOW, c.HIGH, c.KIND, c.RATIO, c.BETTER])
 
 
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:
@@ -173,15 +172,15 @@ def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.Dat
     good = good[good[c.EDGE_KM] > 0]
     points = good.assign(
         **{
-            a.DENSITY: good[c.VEHICLES] / good[c.EDGE_KM],
-            a.FLOW: good[c.KM_PER_H] / good[c.EDGE_KM],
-            a.SPEED: good[c.MEAN_SPEED] * _KMH_PER_MPS,
+            c.DENSITY: good[c.VEHICLES] / good[c.EDGE_KM],
+            c.FLOW: good[c.KM_PER_H] / good[c.EDGE_KM],
+            c.SPEED: good[c.MEAN_SPEED] * _KMH_PER_MPS,
         }
     )
     if not by:
         return points
     check_columns(points, by, "runs")
-    return points.groupby(list(by), dropna=False)[[a.DENSITY, a.FLOW, a.SPEED]].mean().reset_index()
+    return points.groupby(list(by), dropna=False)[[c.DENSITY, c.FLOW, c.SPEED]].mean().reset_index()
 
 
 def compute_capacity(
@@ -243,11 +242,11 @@ def compute_capacity(
         rows.append(
             {
                 **names,
-                a.CAPACITY: int(counts[best]),
-                a.LOW: float(low) if known else np.nan,
-                a.HIGH: float(high) if known and not at_border else np.nan,
-                a.PEAK: float(means[best]),
-                a.AT_BORDER: at_border,
+                c.CAPACITY: int(counts[best]),
+                c.LOW: float(low) if known else np.nan,
+                c.HIGH: float(high) if known and not at_border else np.nan,
+                c.PEAK: float(means[best]),
+                c.AT_BORDER: at_border,
             }
         )
-    return table(rows, [*by, a.CAPACITY, a.LOW, a.HIGH, a.PEAK, a.AT_BORDER])
+    return table(rows, [*by, c.CAPACITY, c.LOW, c.HIGH, c.PEAK, c.AT_BORDER])

@@ -5,11 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import weighted_quantiles
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -59,10 +57,10 @@ def compute_lap_distribution(
         times = weighted_quantiles(middles.ravel(), weight, list(quantiles))
         laps = int(lapped[c.LAPS].sum())
         rows += [
-            {**names, c.LAPS: laps, a.QUANTILE: q, a.LAP_TIME: t}
+            {**names, c.LAPS: laps, c.QUANTILE: q, c.LAP_TIME: t}
             for q, t in zip(quantiles, times, strict=True)
         ]
-    return table(rows, [*by, c.LAPS, a.QUANTILE, a.LAP_TIME])
+    return table(rows, [*by, c.LAPS, c.QUANTILE, c.LAP_TIME])
 
 
 def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
@@ -100,16 +98,16 @@ def compute_decision_time(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.
         rows.append(
             {
                 **names,
-                a.RUNS: len(group),
+                c.RUNS: len(group),
                 c.DECISIONS: int(decisions),
                 c.DECISION_MEDIAN: float(group[c.DECISION_MEDIAN].median()),
                 c.DECISION_P99: float(group[c.DECISION_P99].median()),
                 c.DECISION_MAX: float(group[c.DECISION_MAX].max()),
-                a.REFUSED_SHARE: float(group[c.REFUSALS].sum()) / decisions if decisions else np.nan,
-                a.MESSAGES_PER_DECISION: float(counted[c.MESSAGES].sum()) / asked if asked else np.nan,
+                c.REFUSED_SHARE: float(group[c.REFUSALS].sum()) / decisions if decisions else np.nan,
+                c.MESSAGES_PER_DECISION: float(counted[c.MESSAGES].sum()) / asked if asked else np.nan,
             }
         )
-    return table(rows, [*by, a.RUNS, c.DECISIONS, *times, a.REFUSED_SHARE, a.MESSAGES_PER_DECISION])
+    return table(rows, [*by, c.RUNS, c.DECISIONS, *times, c.REFUSED_SHARE, c.MESSAGES_PER_DECISION])
 
 
 def compute_edge_means(
@@ -143,35 +141,35 @@ def compute_edge_means(
     >>> compute_edge_means(runs=runs, edge_sets=edge_sets)[["edge", "runs", "visits"]].values.tolist()
     [['e1', 2, 4.0]]
     """
-    lists = {name: column for name, column in c.EDGE_LISTS.items() if name != run.MAX_REVISIT}
+    lists = {name: column for name, column in c.EDGE_LISTS.items() if name != c.MAX_REVISIT}
     if c.EDGE_STOOD not in runs:
-        del lists[run.STOOD]
+        del lists[c.STOOD]
     check_columns(runs, [c.EDGE_SET, c.EDGE_MAX_REVISIT, *lists.values()], "runs")
     parts = []
     for names, group in groups(succeeded(runs).dropna(subset=[c.EDGE_SET]), [*by, c.EDGE_SET], "runs"):
         edges = edge_sets.get(str(names.pop(c.EDGE_SET)))
         if edges is None:
             continue
-        named = {name: edges.get(name, "") for name in (run.JUNCTION, run.STREET)}
-        part = edges[[run.EDGE, run.SHAPE]].assign(**{a.RUNS: len(group)}, **named)
+        named = {name: edges.get(name, "") for name in (c.JUNCTION, c.STREET)}
+        part = edges[[c.EDGE, c.SHAPE]].assign(**{c.RUNS: len(group)}, **named)
         for name, column in lists.items():
             values = _stack(group[column], len(edges))
             known = np.isfinite(values)
             part[f"{name} sum"] = np.where(known, values, 0.0).sum(axis=0)
             part[f"{name} count"] = known.sum(axis=0)
         longest = _stack(group[c.EDGE_MAX_REVISIT], len(edges))
-        part[run.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
+        part[c.MAX_REVISIT] = np.where(np.isfinite(longest), longest, -np.inf).max(axis=0, initial=-np.inf)
         parts.append(part.assign(**names))
-    columns = [*by, run.EDGE, a.RUNS, *lists, run.MAX_REVISIT, run.SHAPE, run.JUNCTION, run.STREET]
+    columns = [*by, c.EDGE, c.RUNS, *lists, c.MAX_REVISIT, c.SHAPE, c.JUNCTION, c.STREET]
     if not parts:
         return table([], columns)
-    how: dict[str, str] = {a.RUNS: "sum", run.MAX_REVISIT: "max", run.SHAPE: "first"}
-    how |= {run.JUNCTION: "first", run.STREET: "first"}
+    how: dict[str, str] = {c.RUNS: "sum", c.MAX_REVISIT: "max", c.SHAPE: "first"}
+    how |= {c.JUNCTION: "first", c.STREET: "first"}
     how |= {f"{name} {what}": "sum" for name in lists for what in ("sum", "count")}
-    merged = pd.concat(parts).groupby([*by, run.EDGE], sort=True, dropna=False).agg(how).reset_index()
+    merged = pd.concat(parts).groupby([*by, c.EDGE], sort=True, dropna=False).agg(how).reset_index()
     for name in lists:
         merged[name] = merged[f"{name} sum"] / merged[f"{name} count"].replace(0, np.nan)
-    merged[run.MAX_REVISIT] = merged[run.MAX_REVISIT].replace(-np.inf, np.nan)
+    merged[c.MAX_REVISIT] = merged[c.MAX_REVISIT].replace(-np.inf, np.nan)
     return merged[columns]
 
 
@@ -180,7 +178,7 @@ def compute_ranked(
     runs: pd.DataFrame,
     edge_sets: Mapping[str, pd.DataFrame],
     by: Sequence[str] = (c.GATE,),
-    what: str = run.JUNCTION,
+    what: str = c.JUNCTION,
     first: int = 15,
 ) -> pd.DataFrame:
     """Return the junctions or edges with the longest standing of vehicles before them.
@@ -214,9 +212,9 @@ def compute_ranked(
     """
     check_columns(runs, [c.EDGE_STOOD], "runs")
     edges = compute_edge_means(runs=runs, edge_sets=edge_sets, by=by)
-    sums = edges.groupby([*by, what], dropna=False)[[run.STOOD, run.VISITS]].sum().reset_index()
-    order = sums[sums[run.STOOD] > 0].sort_values(
-        [*by, run.STOOD, what], ascending=[*[True] * len(by), False, True], kind="stable"
+    sums = edges.groupby([*by, what], dropna=False)[[c.STOOD, c.VISITS]].sum().reset_index()
+    order = sums[sums[c.STOOD] > 0].sort_values(
+        [*by, c.STOOD, what], ascending=[*[True] * len(by), False, True], kind="stable"
     )
     return order.groupby(list(by)).head(first).reset_index(drop=True)
 

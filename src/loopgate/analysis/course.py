@@ -5,12 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, table
 from loopgate.analysis.waits import compute_wait_causes
 from loopgate.errors import AnalysisError
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.results.columns import Event
 
 _HOUR_S = 3600.0
@@ -43,32 +41,32 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
     >>> compute_flow(flow=flow, every_s=20)[["standing", "km_per_h", "laps"]].values.tolist()
     [[1.0, 90.0, 1.0]]
     """
-    check_columns(flow, [*run.FLOW_COLUMNS, *by], "flow")
-    if every_s < run.FLOW_EVERY_S:
-        msg = f"intervals of {every_s:g} s are too short; expected at least {run.FLOW_EVERY_S:g} s"
+    check_columns(flow, [*c.FLOW_COLUMNS, *by], "flow")
+    if every_s < c.FLOW_EVERY_S:
+        msg = f"intervals of {every_s:g} s are too short; expected at least {c.FLOW_EVERY_S:g} s"
         raise AnalysisError(msg)
     rows = flow.assign(**{c.KEY: flow.get(c.KEY, "")})
-    begin = rows.groupby(c.KEY)[run.TIME].transform("min") - run.FLOW_EVERY_S
-    bins = np.ceil((rows[run.TIME] - begin) / every_s - 1e-9) * every_s
-    groups = rows.assign(**{run.TIME: bins + begin.min()}).groupby([*by, run.TIME], sort=True, observed=True)
+    begin = rows.groupby(c.KEY)[c.TIME].transform("min") - c.FLOW_EVERY_S
+    bins = np.ceil((rows[c.TIME] - begin) / every_s - 1e-9) * every_s
+    groups = rows.assign(**{c.TIME: bins + begin.min()}).groupby([*by, c.TIME], sort=True, observed=True)
     sums = groups.agg(
-        {run.ON_ROAD: "mean", run.STILL: "mean", run.DISTANCE: "sum", run.LAPS: "sum", c.KEY: "nunique"}
+        {c.ON_ROAD: "mean", c.STILL: "mean", c.DISTANCE: "sum", c.LAPS: "sum", c.KEY: "nunique"}
     )
-    full = groups.size() / sums[c.KEY] * run.FLOW_EVERY_S > every_s - run.FLOW_EVERY_S
+    full = groups.size() / sums[c.KEY] * c.FLOW_EVERY_S > every_s - c.FLOW_EVERY_S
     sums = sums[full]
     hours = every_s / _HOUR_S
-    km, laps = sums[run.DISTANCE] / 1000.0 / sums[c.KEY], sums[run.LAPS] / sums[c.KEY]
-    result = sums[[run.ON_ROAD, run.STILL]].assign(
+    km, laps = sums[c.DISTANCE] / 1000.0 / sums[c.KEY], sums[c.LAPS] / sums[c.KEY]
+    result = sums[[c.ON_ROAD, c.STILL]].assign(
         **{
-            a.SPEED: km / (sums[run.ON_ROAD] * hours),
+            c.SPEED: km / (sums[c.ON_ROAD] * hours),
             c.KM_PER_H: km / hours,
             c.LAPS_PER_H: laps / hours,
             c.DISTANCE_KM: km,
-            run.LAPS: laps,
-            a.STOOD_H: sums[run.STILL] * hours,
+            c.LAPS: laps,
+            c.STOOD_H: sums[c.STILL] * hours,
         }
     )
-    total = [c.DISTANCE_KM, run.LAPS, a.STOOD_H]
+    total = [c.DISTANCE_KM, c.LAPS, c.STOOD_H]
     result[total] = result.groupby(level=list(by))[total].cumsum() if by else result[total].cumsum()
     return result.reset_index()
 
@@ -101,9 +99,9 @@ def compute_causes(*, events: pd.DataFrame, end_s: float, begin_s: float = 0.0) 
     [['crossing', 13.0], ['occupied', 2.0]]
     """
     spells = compute_wait_causes(events=events, end_s=end_s, begin_s=begin_s)
-    result = spells.groupby(a.CAUSE)[a.WAIT].agg(["size", "sum", "max"]).reset_index()
-    result.columns = pd.Index([run.REASON, a.WAITS, a.WAIT, a.LONGEST])
-    return result.sort_values([a.WAIT, run.REASON], ascending=[False, True], kind="stable").reset_index(
+    result = spells.groupby(c.CAUSE)[c.WAIT].agg(["size", "sum", "max"]).reset_index()
+    result.columns = pd.Index([c.REASON, c.WAITS, c.WAIT, c.LONGEST])
+    return result.sort_values([c.WAIT, c.REASON], ascending=[False, True], kind="stable").reset_index(
         drop=True
     )
 
@@ -139,20 +137,20 @@ def compute_time_space(
     >>> points[["lap", "time_s", "position_m"]].values.tolist()
     [[0.0, 0.0, 70.0], [0.0, 9.0, 120.0], [1.0, 9.0, 0.0], [1.0, 20.0, 70.0]]
     """
-    check_columns(events, [run.TIME, run.VEHICLE, run.EVENT, run.PLACE], "events")
-    check_columns(vehicles, [run.VEHICLE, run.LOOP, run.LOOP_LENGTH], "vehicles")
-    check_columns(loops, run.LOOP_COLUMNS, "loops")
-    way = loops[loops[run.LOOP] == loop]
+    check_columns(events, [c.TIME, c.VEHICLE, c.EVENT, c.PLACE], "events")
+    check_columns(vehicles, [c.VEHICLE, c.LOOP, c.LOOP_LENGTH], "vehicles")
+    check_columns(loops, c.LOOP_COLUMNS, "loops")
+    way = loops[loops[c.LOOP] == loop]
     if way.empty:
-        msg = f"loop {loop}: not there; there are {', '.join(loops[run.LOOP].unique()[:5]) or 'none'}"
+        msg = f"loop {loop}: not there; there are {', '.join(loops[c.LOOP].unique()[:5]) or 'none'}"
         raise AnalysisError(msg)
-    edges, begins = way[run.EDGE].tolist(), way[run.EDGE_BEGIN].tolist()
-    own = vehicles[vehicles[run.LOOP] == loop].set_index(run.VEHICLE)[run.LOOP_LENGTH]
-    entered = events[(events[run.EVENT] == Event.EDGE) & events[run.VEHICLE].isin(own.index)]
+    edges, begins = way[c.EDGE].tolist(), way[c.EDGE_BEGIN].tolist()
+    own = vehicles[vehicles[c.LOOP] == loop].set_index(c.VEHICLE)[c.LOOP_LENGTH]
+    entered = events[(events[c.EVENT] == Event.EDGE) & events[c.VEHICLE].isin(own.index)]
     rows = []
-    for vehicle, part in entered.astype({run.VEHICLE: str}).groupby(run.VEHICLE, sort=True):
+    for vehicle, part in entered.astype({c.VEHICLE: str}).groupby(c.VEHICLE, sort=True):
         at, lap = -1, 0
-        for time_s, edge in zip(part[run.TIME], part[run.PLACE], strict=True):
+        for time_s, edge in zip(part[c.TIME], part[c.PLACE], strict=True):
             # An edge may come several times on a loop: it is the next of them.
             following = next((n for n in range(1, len(edges) + 1) if edges[(at + n) % len(edges)] == edge), 0)
             before, at = at, (at + following) % len(edges)
@@ -160,7 +158,7 @@ def compute_time_space(
                 rows.append((vehicle, lap, time_s, own[vehicle], edge))
                 lap += 1
             rows.append((vehicle, lap, time_s, begins[at], edge))
-    return pd.DataFrame(rows, columns=[run.VEHICLE, a.LAP_NUMBER, run.TIME, a.POSITION, run.EDGE])
+    return pd.DataFrame(rows, columns=[c.VEHICLE, c.LAP_NUMBER, c.TIME, c.POSITION, c.EDGE])
 
 
 def compute_stuck(
@@ -195,18 +193,18 @@ def compute_stuck(
     >>> compute_stuck(vehicles=vehicles, events=events, end_s=600)[["since_s", "waits_for"]].values.tolist()
     [[200.0, 'v9']]
     """
-    check_columns(vehicles, [run.VEHICLE, run.LOOP, run.STANDING, run.X, run.Y], "vehicles")
-    check_columns(events, [run.VEHICLE, run.EVENT, run.REASON], "events")
-    circle = events[events[run.EVENT] == Event.DEADLOCK].drop_duplicates(run.VEHICLE, keep="last")
-    waits_for = dict(zip(circle[run.VEHICLE].astype(str), circle[run.REASON].astype(str), strict=True))
-    stuck = vehicles[(vehicles[run.STANDING] >= after_s) | vehicles[run.VEHICLE].isin(waits_for)]
+    check_columns(vehicles, [c.VEHICLE, c.LOOP, c.STANDING, c.X, c.Y], "vehicles")
+    check_columns(events, [c.VEHICLE, c.EVENT, c.REASON], "events")
+    circle = events[events[c.EVENT] == Event.DEADLOCK].drop_duplicates(c.VEHICLE, keep="last")
+    waits_for = dict(zip(circle[c.VEHICLE].astype(str), circle[c.REASON].astype(str), strict=True))
+    stuck = vehicles[(vehicles[c.STANDING] >= after_s) | vehicles[c.VEHICLE].isin(waits_for)]
     stuck = stuck.assign(
         **{
-            a.SINCE: end_s - stuck[run.STANDING],
-            a.WAITS_FOR: stuck[run.VEHICLE].map(waits_for).fillna("").astype(object),
+            c.SINCE: end_s - stuck[c.STANDING],
+            c.WAITS_FOR: stuck[c.VEHICLE].map(waits_for).fillna("").astype(object),
         }
     )
-    columns = [run.VEHICLE, run.LOOP, a.SINCE, run.STANDING, a.WAITS_FOR, run.X, run.Y]
+    columns = [c.VEHICLE, c.LOOP, c.SINCE, c.STANDING, c.WAITS_FOR, c.X, c.Y]
     if stuck.empty:
         return table([], columns)
-    return stuck[columns].sort_values([a.SINCE, run.VEHICLE], kind="stable").reset_index(drop=True)
+    return stuck[columns].sort_values([c.SINCE, c.VEHICLE], kind="stable").reset_index(drop=True)

@@ -9,7 +9,7 @@ import pandas as pd
 
 from loopgate.errors import AnalysisError, LoopgateError
 from loopgate.foreign import reason_of
-from loopgate.results.row_columns import STATUS, STATUS_OK
+from loopgate.results.columns import STATUS, STATUS_OK
 
 P = ParamSpec("P")
 T = TypeVar("T")

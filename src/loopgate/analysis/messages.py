@@ -5,8 +5,8 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import table
+from loopgate.results import columns as c
 
 
 def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
@@ -31,7 +31,7 @@ def compute_messages(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     kinds = sorted(found["by_kind"].items(), key=lambda one: (-one[1], one[0]))
     sizes, moves = found.get("bytes_by_kind", {}), max(1, found["moves"])
     rows = (
-        {a.MESSAGE: kind, a.MESSAGES: many, a.PER_MOVE: many / moves, a.BYTES: sizes.get(kind, 0)}
+        {c.MESSAGE: kind, c.MESSAGES: many, c.PER_MOVE: many / moves, c.BYTES: sizes.get(kind, 0)}
         for kind, many in kinds
     )
-    return table(rows, [a.MESSAGE, a.MESSAGES, a.PER_MOVE, a.BYTES])
+    return table(rows, [c.MESSAGE, c.MESSAGES, c.PER_MOVE, c.BYTES])

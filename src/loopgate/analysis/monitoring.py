@@ -14,10 +14,9 @@ from collections.abc import Iterable
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.trips import compute_holds
-from loopgate.results import columns as run
+from loopgate.results import columns as c
 from loopgate.results.columns import Event
 
 
@@ -47,13 +46,13 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
     visits = _visits(events, begin_s, end_s)
     frame = pd.DataFrame(
         {
-            run.EDGE: visits[run.PLACE],
-            a.BEGIN: visits.groupby(run.PLACE, sort=False)[run.TIME].shift(),
-            a.END: visits[run.TIME],
+            c.EDGE: visits[c.PLACE],
+            c.BEGIN: visits.groupby(c.PLACE, sort=False)[c.TIME].shift(),
+            c.END: visits[c.TIME],
         }
     )
-    frame[a.INTERVAL] = frame[a.END] - frame[a.BEGIN]
-    frame = frame[frame[a.BEGIN].notna() & (frame[a.END] > begin_s)]
+    frame[c.INTERVAL] = frame[c.END] - frame[c.BEGIN]
+    frame = frame[frame[c.BEGIN].notna() & (frame[c.END] > begin_s)]
     return frame.reset_index(drop=True)
 
 
@@ -100,35 +99,33 @@ def compute_revisits(
     1   e2       0             NaN
     """
     visits = _visits(events, begin_s, end_s)
-    wanted = sorted(visits[run.PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
-    index = pd.Index(wanted, name=run.EDGE, dtype=object)
+    wanted = sorted(visits[c.PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
+    index = pd.Index(wanted, name=c.EDGE, dtype=object)
     between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
-    intervals = between.groupby(run.EDGE)[a.INTERVAL]
+    intervals = between.groupby(c.EDGE)[c.INTERVAL]
     result = pd.DataFrame(index=index)
-    inside = visits[visits[run.TIME] > begin_s]
-    result[run.VISITS] = inside.groupby(run.PLACE).size().reindex(index, fill_value=0).astype("int64")
-    result[run.MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
-    result[run.MAX_REVISIT] = intervals.max().reindex(index).astype(float)
-    result[run.WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
+    inside = visits[visits[c.TIME] > begin_s]
+    result[c.VISITS] = inside.groupby(c.PLACE).size().reindex(index, fill_value=0).astype("int64")
+    result[c.MEAN_REVISIT] = intervals.mean().reindex(index).astype(float)
+    result[c.MAX_REVISIT] = intervals.max().reindex(index).astype(float)
+    result[c.WEIGHTED_REVISIT] = _weighted(between).reindex(index).astype(float)
 
     # Idleness rises from 0 along each gap between visits; its integral over the part of the gap inside the
     # period is a difference of squares. The gaps tile [since, end]: to the first visit, between, to the end.
-    previous = visits.groupby(run.PLACE, sort=False)[run.TIME].shift().fillna(since_s)
+    previous = visits.groupby(c.PLACE, sort=False)[c.TIME].shift().fillna(since_s)
     area = (
-        pd.Series(_gap_area(previous, visits[run.TIME], begin_s), index=visits[run.PLACE])
-        .groupby(level=0)
-        .sum()
+        pd.Series(_gap_area(previous, visits[c.TIME], begin_s), index=visits[c.PLACE]).groupby(level=0).sum()
     )
-    last = visits.groupby(run.PLACE)[run.TIME].max().reindex(index).fillna(since_s)
+    last = visits.groupby(c.PLACE)[c.TIME].max().reindex(index).fillna(since_s)
     total = area.reindex(index).fillna(0.0) + _gap_area(last, np.full(len(last), float(end_s)), begin_s)
-    result[run.IDLENESS] = (total / (end_s - begin_s)).astype(float)
+    result[c.IDLENESS] = (total / (end_s - begin_s)).astype(float)
 
     # It is greatest just before a visit, or at the end; gaps that were over by the beginning do not count.
-    gaps = pd.Series((visits[run.TIME] - previous).to_numpy(), index=visits[run.PLACE])[
-        (visits[run.TIME] > begin_s).to_numpy()
+    gaps = pd.Series((visits[c.TIME] - previous).to_numpy(), index=visits[c.PLACE])[
+        (visits[c.TIME] > begin_s).to_numpy()
     ]
     worst = gaps.groupby(level=0).max().reindex(index).fillna(0.0)
-    result[run.WORST_IDLENESS] = np.maximum(worst, float(end_s) - last).astype(float)
+    result[c.WORST_IDLENESS] = np.maximum(worst, float(end_s) - last).astype(float)
     return result.reset_index()
 
 
@@ -152,20 +149,20 @@ def compute_edge_holds(*, events: pd.DataFrame, end_s: float, begin_s: float = 0
     [['e1', 15.0]]
     """
     holds = compute_holds(events=events, begin_s=begin_s, end_s=end_s)
-    entered = events.loc[events[run.EVENT] == Event.EDGE, [run.TIME, run.VEHICLE, run.PLACE]].sort_values(
-        run.TIME, kind="stable"
+    entered = events.loc[events[c.EVENT] == Event.EDGE, [c.TIME, c.VEHICLE, c.PLACE]].sort_values(
+        c.TIME, kind="stable"
     )
-    entered = entered.rename(columns={run.PLACE: run.EDGE})
+    entered = entered.rename(columns={c.PLACE: c.EDGE})
     # A hold that began before the period is clipped to it, so match on the time the vehicle came to rest.
     at = pd.merge_asof(
-        holds.sort_values(a.SINCE, kind="stable"),
-        entered.astype({run.TIME: float, run.VEHICLE: str, run.EDGE: str}),
-        left_on=a.SINCE,
-        right_on=run.TIME,
-        by=run.VEHICLE,
+        holds.sort_values(c.SINCE, kind="stable"),
+        entered.astype({c.TIME: float, c.VEHICLE: str, c.EDGE: str}),
+        left_on=c.SINCE,
+        right_on=c.TIME,
+        by=c.VEHICLE,
     )
-    total = at.groupby(run.EDGE)[run.HOLD].sum()
-    return total.rename(run.EDGE_HOLD).rename_axis(run.EDGE).reset_index().astype({run.EDGE_HOLD: float})
+    total = at.groupby(c.EDGE)[c.HOLD].sum()
+    return total.rename(c.EDGE_HOLD).rename_axis(c.EDGE).reset_index().astype({c.EDGE_HOLD: float})
 
 
 def compute_edges(
@@ -198,34 +195,32 @@ def compute_edges(
     >>> compute_edges(events=events, edges=edges, end_s=100)[["edge", "visits", "hold_s"]].values.tolist()
     [['e1', 1, 15.0]]
     """
-    check_columns(edges, (run.EDGE, run.EDGE_LENGTH, run.SHAPE), "edges")
+    check_columns(edges, (c.EDGE, c.EDGE_LENGTH, c.SHAPE), "edges")
     revisits = compute_revisits(
-        events=events, begin_s=begin_s, end_s=end_s, edges=edges[run.EDGE], since_s=since_s
+        events=events, begin_s=begin_s, end_s=end_s, edges=edges[c.EDGE], since_s=since_s
     )
     holds = compute_edge_holds(events=events, begin_s=begin_s, end_s=end_s)
     table = (
-        edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]]
-        .merge(revisits, on=run.EDGE, how="left")
-        .merge(holds, on=run.EDGE, how="left")
+        edges[[c.EDGE, c.EDGE_LENGTH, c.SHAPE]]
+        .merge(revisits, on=c.EDGE, how="left")
+        .merge(holds, on=c.EDGE, how="left")
     )
-    table[run.EDGE_HOLD] = table[run.EDGE_HOLD].fillna(0.0)
-    return table[list(run.EDGE_COLUMNS)]
+    table[c.EDGE_HOLD] = table[c.EDGE_HOLD].fillna(0.0)
+    return table[list(c.EDGE_COLUMNS)]
 
 
 def _visits(events: pd.DataFrame, begin_s: float, end_s: float) -> pd.DataFrame:
-    check_columns(events, run.EVENT_COLUMNS[:4], "events")
+    check_columns(events, c.EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
-    chosen = events.loc[
-        (events[run.EVENT] == Event.EDGE) & (events[run.TIME] <= end_s), [run.TIME, run.PLACE]
-    ]
-    return chosen.astype({run.TIME: float, run.PLACE: str}).sort_values([run.PLACE, run.TIME], kind="stable")
+    chosen = events.loc[(events[c.EVENT] == Event.EDGE) & (events[c.TIME] <= end_s), [c.TIME, c.PLACE]]
+    return chosen.astype({c.TIME: float, c.PLACE: str}).sort_values([c.PLACE, c.TIME], kind="stable")
 
 
 def _weighted(intervals: pd.DataFrame) -> pd.Series:
     """Return the mean interval per edge, each weighted by its own length [s]."""
-    sums = intervals.assign(square=intervals[a.INTERVAL] ** 2).groupby(run.EDGE)[["square", a.INTERVAL]].sum()
+    sums = intervals.assign(square=intervals[c.INTERVAL] ** 2).groupby(c.EDGE)[["square", c.INTERVAL]].sum()
     # Two visits in one step are 0 s apart; where all are, so is their mean.
-    return (sums["square"] / sums[a.INTERVAL].where(sums[a.INTERVAL] > 0.0)).fillna(0.0)
+    return (sums["square"] / sums[c.INTERVAL].where(sums[c.INTERVAL] > 0.0)).fillna(0.0)
 
 
 def _gap_area(start: pd.Series, stop: pd.Series | np.ndarray, begin_s: float) -> np.ndarray:

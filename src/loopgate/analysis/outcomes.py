@@ -8,18 +8,17 @@ import numpy as np
 import pandas as pd
 import scipy
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.errors import AnalysisError
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _MEANS = (
     *(c.ARRIVED, c.UNFINISHED, c.MEAN_TRIP, c.MEAN_WAITING),
     *(c.MEAN_TIME_LOSS, c.MEAN_DEPART_DELAY, c.MEAN_DELAY),
 )
 _OF_SAFETY = (c.AUDIT, c.COLLISIONS, c.DEADLOCKS, c.LAPS_PER_H, c.LONGEST_WAIT, c.TELEPORTS)
-_SAFETY = (a.FAILED, a.RUNS, a.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, a.CLEAN, c.LAPS_PER_H, c.LONGEST_WAIT)
+_SAFETY = (c.FAILED, c.RUNS, c.DEADLOCKED, c.COLLISIONS, c.TELEPORTS, c.CLEAN, c.LAPS_PER_H, c.LONGEST_WAIT)
 
 
 def compute_deadlock_rate(
@@ -50,9 +49,9 @@ def compute_deadlock_rate(
         deadlocked = int((group[c.DEADLOCKS] > 0).sum())
         rate, low, high = wilson_interval(deadlocked, len(group), level=level)
         rows.append(
-            {**names, a.RUNS: len(group), a.DEADLOCKED: deadlocked, a.RATE: rate, a.LOW: low, a.HIGH: high}
+            {**names, c.RUNS: len(group), c.DEADLOCKED: deadlocked, c.RATE: rate, c.LOW: low, c.HIGH: high}
         )
-    return table(rows, [*by, a.RUNS, a.DEADLOCKED, a.RATE, a.LOW, a.HIGH])
+    return table(rows, [*by, c.RUNS, c.DEADLOCKED, c.RATE, c.LOW, c.HIGH])
 
 
 def compute_survival(
@@ -96,7 +95,7 @@ def compute_survival(
     return pd.concat(curves, ignore_index=True) if curves else table([], [*by, *_CURVE])
 
 
-_CURVE = (a.AT, a.AT_RISK, a.DEADLOCKED, a.CENSORED, a.SURVIVAL, a.LOW, a.HIGH)
+_CURVE = (c.AT, c.AT_RISK, c.DEADLOCKED, c.CENSORED, c.SURVIVAL, c.LOW, c.HIGH)
 
 
 def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
@@ -109,21 +108,21 @@ def _curve(group: pd.DataFrame, level: float) -> pd.DataFrame:
         interval: Any = function.confidence_interval(confidence_level=level, method="log-log")
     at = function.quantiles
     counts = (
-        pd.DataFrame({a.AT: times, "locked": locked})
-        .groupby(a.AT)["locked"]
+        pd.DataFrame({c.AT: times, "locked": locked})
+        .groupby(c.AT)["locked"]
         .agg(["size", "sum"])
         .loc[pd.Index(at)]
     )
     size, deaths = counts["size"].to_numpy(), counts["sum"].to_numpy(dtype=int)
     curve = pd.DataFrame(
         {
-            a.AT: at,
-            a.AT_RISK: len(times) - np.concatenate(([0], np.cumsum(size)[:-1])),
-            a.DEADLOCKED: deaths,
-            a.CENSORED: size - deaths,
-            a.SURVIVAL: function.probabilities,
-            a.LOW: interval.low.probabilities,
-            a.HIGH: interval.high.probabilities,
+            c.AT: at,
+            c.AT_RISK: len(times) - np.concatenate(([0], np.cumsum(size)[:-1])),
+            c.DEADLOCKED: deaths,
+            c.CENSORED: size - deaths,
+            c.SURVIVAL: function.probabilities,
+            c.LOW: interval.low.probabilities,
+            c.HIGH: interval.high.probabilities,
         }
     )
     if at[0] > 0:
@@ -165,25 +164,25 @@ def compute_time_to_deadlock(
     survival = compute_survival(runs=runs, by=by)
     curves = list(groups(survival, by, "runs")) if len(survival) else []
     if horizon_s is None:
-        known = [np.inf if curve[a.SURVIVAL].iloc[-1] <= 0 else curve[a.AT].iloc[-1] for _, curve in curves]
+        known = [np.inf if curve[c.SURVIVAL].iloc[-1] <= 0 else curve[c.AT].iloc[-1] for _, curve in curves]
         horizon_s = min(known, default=np.nan)
-        horizon_s = float(survival[a.AT].max()) if np.isinf(horizon_s) else horizon_s
+        horizon_s = float(survival[c.AT].max()) if np.isinf(horizon_s) else horizon_s
     rows = []
     for names, curve in curves:
-        time, share = curve[a.AT].to_numpy(dtype=float), curve[a.SURVIVAL].to_numpy(dtype=float)
+        time, share = curve[c.AT].to_numpy(dtype=float), curve[c.SURVIVAL].to_numpy(dtype=float)
         below = time[share <= 0.5 + 1e-12]
         steps = np.clip(np.append(time, np.inf), 0.0, horizon_s)
         rows.append(
             {
                 **names,
-                a.RUNS: int(curve[a.AT_RISK].iloc[0]),
-                a.DEADLOCKED: int(curve[a.DEADLOCKED].sum()),
-                a.MEDIAN_TIME: float(below[0]) if below.size else np.nan,
-                a.RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)),
-                a.HORIZON: horizon_s,
+                c.RUNS: int(curve[c.AT_RISK].iloc[0]),
+                c.DEADLOCKED: int(curve[c.DEADLOCKED].sum()),
+                c.MEDIAN_TIME: float(below[0]) if below.size else np.nan,
+                c.RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)),
+                c.HORIZON: horizon_s,
             }
         )
-    return table(rows, [*by, a.RUNS, a.DEADLOCKED, a.MEDIAN_TIME, a.RESTRICTED_MEAN, a.HORIZON])
+    return table(rows, [*by, c.RUNS, c.DEADLOCKED, c.MEDIAN_TIME, c.RESTRICTED_MEAN, c.HORIZON])
 
 
 def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE)) -> pd.DataFrame:
@@ -216,16 +215,16 @@ def compute_safety(*, runs: pd.DataFrame, by: Sequence[str] = (c.NETWORK, c.GATE
         done = succeeded(group)
         gated = done[done[c.AUDIT] != c.NOT_GATED]
         figures = {
-            a.FAILED: len(group) - len(done),
-            a.RUNS: len(done),
-            a.DEADLOCKED: int((done[c.DEADLOCKS] > 0).sum()),
+            c.FAILED: len(group) - len(done),
+            c.RUNS: len(done),
+            c.DEADLOCKED: int((done[c.DEADLOCKS] > 0).sum()),
             **{name: done[name].sum(min_count=min(1, len(done))) for name in (c.COLLISIONS, c.TELEPORTS)},
-            a.CLEAN: int((gated[c.AUDIT] == "clean").sum()) if len(gated) else None,
+            c.CLEAN: int((gated[c.AUDIT] == "clean").sum()) if len(gated) else None,
             c.LAPS_PER_H: done[c.LAPS_PER_H].mean(),
             c.LONGEST_WAIT: done[c.LONGEST_WAIT].max(),
         }
         rows.append({**names, **figures})
-    return table(rows, (*by, *_SAFETY)).astype(dict.fromkeys((a.CLEAN, c.COLLISIONS, c.TELEPORTS), "Int64"))
+    return table(rows, (*by, *_SAFETY)).astype(dict.fromkeys((c.CLEAN, c.COLLISIONS, c.TELEPORTS), "Int64"))
 
 
 def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES)) -> pd.DataFrame:
@@ -256,5 +255,5 @@ def compute_trips(*, runs: pd.DataFrame, by: Sequence[str] = (c.GATE, c.VEHICLES
     rows = []
     for names, group in groups(done[done[c.ARRIVED].notna()], by, "runs"):
         means = {name: group[name].mean() for name in _MEANS}
-        rows.append({**names, a.RUNS: len(group), **means, c.WORST_DELAY: group[c.WORST_DELAY].max()})
-    return table(rows, (*by, a.RUNS, *_MEANS, c.WORST_DELAY))
+        rows.append({**names, c.RUNS: len(group), **means, c.WORST_DELAY: group[c.WORST_DELAY].max()})
+    return table(rows, (*by, c.RUNS, *_MEANS, c.WORST_DELAY))

@@ -9,30 +9,29 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import LAP_TIME
 from loopgate.analysis.trips import compute_laps
 from loopgate.errors import ResultsError
 from loopgate.reading import read_object, read_toml, refusing
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
+from loopgate.results.columns import LAP_TIME
+from loopgate.results.figures import closed_at_s
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.summary_rows import closed_at_s
 from loopgate.results.table_reading import lacks, maker, read_table
 
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
 
 _HALF_HOUR_S = 1800.0
-_NO_EDGES = pd.DataFrame(columns=list(run.EDGE_COLUMNS))
+_NO_EDGES = pd.DataFrame(columns=list(c.EDGE_COLUMNS))
 _EDGE_COLUMNS = (
-    run.EDGE,
-    run.EDGE_LENGTH,
-    run.VISITS,
-    run.MEAN_REVISIT,
-    run.MAX_REVISIT,
-    run.IDLENESS,
-    run.EDGE_HOLD,
-    run.SHAPE,
+    c.EDGE,
+    c.EDGE_LENGTH,
+    c.VISITS,
+    c.MEAN_REVISIT,
+    c.MAX_REVISIT,
+    c.IDLENESS,
+    c.EDGE_HOLD,
+    c.SHAPE,
 )
 """Columns of the edges that a row needs; there may be more."""
 
@@ -76,13 +75,13 @@ def read_run_row(folder: Path) -> RunRow:
         if missing:
             raise lacks(folder / "summary.json", missing, made_by, what="figure")
         scenario = read_toml(folder / "scenario.toml", "scenario", ResultsError)
-        kinds = [str(kind) for kind in (run.Event.START, run.Event.EDGE, run.Event.LAP)]
+        kinds = [str(kind) for kind in (c.Event.START, c.Event.EDGE, c.Event.LAP)]
         events = read_table(
             folder / "events.parquet",
-            run.EVENT_COLUMNS[:4],
+            c.EVENT_COLUMNS[:4],
             made_by=made_by,
             only=True,
-            filters=[(run.EVENT, "in", kinds)],
+            filters=[(c.EVENT, "in", kinds)],
         )
         # A run that locks up while it warms up has measured nothing, and has no edges.
         file = folder / "edges.parquet"
@@ -139,9 +138,9 @@ def run_row(
     row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
     row |= _laps(row, events, _begins_s(summary)) | _edges(edges)
     if audit == c.NOT_GATED:  # nobody was held, and nobody measured how long vehicles waited instead
-        row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLD))
-    known = [name for name in (run.JUNCTION, run.STREET) if name in edges]
-    return RunRow(row, edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE, *known]])
+        row |= dict.fromkeys((c.HOLD, c.LONGEST_WAIT, c.EDGE_HOLDS))
+    known = [name for name in (c.JUNCTION, c.STREET) if name in edges]
+    return RunRow(row, edges[[c.EDGE, c.EDGE_LENGTH, c.SHAPE, *known]])
 
 
 def _stood_share(summary: Mapping[str, Any]) -> float | None:
@@ -182,7 +181,7 @@ def _time(scenario: Mapping[str, Any], summary: Mapping[str, Any]) -> dict[str, 
 
 
 def _begins_s(summary: Mapping[str, Any]) -> float:
-    return float(summary.get(run.BEGINS, 0.0))
+    return float(summary.get(c.BEGINS, 0.0))
 
 
 def _refusals(reasons: object) -> dict[str, Any]:
@@ -195,8 +194,8 @@ def _laps(row: Mapping[str, Any], events: pd.DataFrame, begins_s: float) -> dict
     begin, end = begins_s + row[c.WARMUP], begins_s + row[c.WARMUP] + row[c.MEASURED]
     if begin >= end or not row[c.LOOPS]:
         return {c.LAP_MEAN: None, c.LAP_QUANTILES: None, c.LAPLESS: None}
-    late = events[run.TIME].gt(max(begin, end - _HALF_HOUR_S)) & events[run.TIME].le(end)
-    lapping = events.loc[late & events[run.EVENT].eq(str(run.Event.LAP)), run.VEHICLE].nunique()
+    late = events[c.TIME].gt(max(begin, end - _HALF_HOUR_S)) & events[c.TIME].le(end)
+    lapping = events.loc[late & events[c.EVENT].eq(str(c.Event.LAP)), c.VEHICLE].nunique()
     times = compute_laps(events=events, begin_s=begin, end_s=end)[LAP_TIME].to_numpy(dtype=float)
     return {
         c.LAP_MEAN: float(times.mean()) if times.size else None,
@@ -206,13 +205,13 @@ def _laps(row: Mapping[str, Any], events: pd.DataFrame, begins_s: float) -> dict
 
 
 def _edges(edges: pd.DataFrame) -> dict[str, Any]:
-    named = edges[[run.EDGE, run.EDGE_LENGTH, run.SHAPE]].to_csv(index=False)
-    revisits, longest = edges[run.MEAN_REVISIT].dropna(), edges[run.MAX_REVISIT].dropna()
+    named = edges[[c.EDGE, c.EDGE_LENGTH, c.SHAPE]].to_csv(index=False)
+    revisits, longest = edges[c.MEAN_REVISIT].dropna(), edges[c.MAX_REVISIT].dropna()
     return {
         c.MEAN_REVISIT: float(revisits.mean()) if len(revisits) else None,
         c.MAX_REVISIT: float(longest.max()) if len(longest) else None,
-        c.IDLENESS: float(edges[run.IDLENESS].mean()) if len(edges) else None,
-        c.EDGE_KM: float(edges[run.EDGE_LENGTH].sum()) / 1000.0,
+        c.IDLENESS: float(edges[c.IDLENESS].mean()) if len(edges) else None,
+        c.EDGE_KM: float(edges[c.EDGE_LENGTH].sum()) / 1000.0,
         c.EDGE_SET: hashlib.sha256(named.encode()).hexdigest()[:16],
         **{
             column: edges[name].astype(float).tolist() if name in edges else None

@@ -6,9 +6,9 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis.columns import SERIES, SUMO_RULES
 from loopgate.analysis.frames import check_columns, succeeded
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
+from loopgate.results.columns import SERIES, SUMO_RULES
 from loopgate.results.row_schema import ROW_SCHEMA
 
 _NAMED = {c.ABSTRACTION, c.NEGOTIATION}

@@ -5,13 +5,12 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import table
-from loopgate.results import columns as run
+from loopgate.results import columns as c
 
-_BLOCKED = {run.PLACE: "place", a.CAUSE: "why", run.VEHICLE: "vehicle", a.FROM: "from_s", a.UNTIL: "to_s"}
+_BLOCKED = {c.PLACE: "place", c.CAUSE: "why", c.VEHICLE: "vehicle", c.FROM: "from_s", c.UNTIL: "to_s"}
 
-_SINK = {a.WAITS_FOR: "behind", a.LANE: "lane", a.CAUSE: "why", a.FROM: "noticed_s", a.UNTIL: "until_s"}
+_SINK = {c.WAITS_FOR: "behind", c.LANE: "lane", c.CAUSE: "why", c.FROM: "noticed_s", c.UNTIL: "until_s"}
 
 
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
@@ -37,10 +36,10 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     every = summary.get("standing", {}).get("blocked", ())
     rows = (
         {name: one[key] for name, key in _BLOCKED.items()}
-        | {a.UNWATCHED: ", ".join(f"{e} since {s:g} s" for e, s in one.get("unwatched", {}).items())}
+        | {c.UNWATCHED: ", ".join(f"{e} since {s:g} s" for e, s in one.get("unwatched", {}).items())}
         for one in every
     )
-    return table(rows, [*_BLOCKED, a.UNWATCHED])
+    return table(rows, [*_BLOCKED, c.UNWATCHED])
 
 
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
@@ -64,8 +63,8 @@ def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """
     sinks = sorted(summary.get("starving", ()), key=lambda sink: -len(sink["vehicles"]))
     rows = (
-        {run.VEHICLE: vehicle} | {name: sink[key] for name, key in _SINK.items()}
+        {c.VEHICLE: vehicle} | {name: sink[key] for name, key in _SINK.items()}
         for sink in sinks
         for vehicle in sink["vehicles"]
     )
-    return table(rows, [run.VEHICLE, *_SINK])
+    return table(rows, [c.VEHICLE, *_SINK])

@@ -2,17 +2,23 @@
 
 import pandas as pd
 
-from loopgate.analysis.columns import BEGIN, END, LAP_NUMBER, LAP_TIME, OPEN, SINCE, WAIT
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.results.columns import (
+    BEGIN,
+    END,
     EVENT,
     EVENT_COLUMNS,
     HOLD,
+    LAP_NUMBER,
+    LAP_TIME,
     LAPS,
     LONGEST_WAIT,
+    OPEN,
     PLACE,
+    SINCE,
     TIME,
     VEHICLE,
+    WAIT,
     Event,
 )
 

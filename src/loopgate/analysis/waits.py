@@ -5,11 +5,29 @@ from typing import Any
 
 import pandas as pd
 
-from loopgate.analysis.columns import BEGIN, CAUSE, END, MEAN, MOST, RUNS, SINCE, WAIT
 from loopgate.analysis.frames import check_columns, check_period, groups, succeeded, table
 from loopgate.gates import Reason
-from loopgate.results.columns import EVENT, EVENT_COLUMNS, PLACE, REASON, TIME, VEHICLE, Event
-from loopgate.results.row_columns import GATE, LONGEST_FOR, NETWORK, VEHICLES
+from loopgate.results.columns import (
+    BEGIN,
+    CAUSE,
+    END,
+    EVENT,
+    EVENT_COLUMNS,
+    GATE,
+    LONGEST_FOR,
+    MEAN,
+    MOST,
+    NETWORK,
+    PLACE,
+    REASON,
+    RUNS,
+    SINCE,
+    TIME,
+    VEHICLE,
+    VEHICLES,
+    WAIT,
+    Event,
+)
 
 _GRANTS = "grants"
 

@@ -12,12 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.monitoring import compute_revisit_intervals, compute_revisits
 from loopgate.arrays import Floats, Ints
 from loopgate.errors import AnalysisError
-from loopgate.results import columns as run
+from loopgate.results import columns as c
 from loopgate.results.columns import Event
 
 _BUNCHED = 0.25
@@ -66,20 +65,20 @@ def compute_watch(
     [['e2', 0, 100.0], ['e1', 3, 30.0]]
     """
     period = {"begin_s": begin_s, "end_s": end_s}
-    table = compute_revisits(events=events, edges=streets, since_s=since_s, **period).set_index(run.EDGE)
+    table = compute_revisits(events=events, edges=streets, since_s=since_s, **period).set_index(c.EDGE)
     between = compute_revisit_intervals(events=events, **period)
-    intervals = between.groupby(run.EDGE)[a.INTERVAL]
-    table[run.HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
-    short = between[a.INTERVAL] < _BUNCHED * intervals.transform("mean")
-    table[run.BUNCHED] = short.groupby(between[run.EDGE]).mean()
-    table[run.BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
+    intervals = between.groupby(c.EDGE)[c.INTERVAL]
+    table[c.HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
+    short = between[c.INTERVAL] < _BUNCHED * intervals.transform("mean")
+    table[c.BUNCHED] = short.groupby(between[c.EDGE]).mean()
+    table[c.BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
     gaps = _gaps(events, list(table.index), since_s, **period)
-    over = np.bincount(gaps.street, gaps.over_s(table[run.BOUND].to_numpy()[gaps.street]), len(table))
-    table[run.WITHIN] = 1.0 - over / (end_s - begin_s)
+    over = np.bincount(gaps.street, gaps.over_s(table[c.BOUND].to_numpy()[gaps.street]), len(table))
+    table[c.WITHIN] = 1.0 - over / (end_s - begin_s)
     worst = table.reset_index().sort_values(
-        [run.WORST_IDLENESS, run.EDGE], ascending=[False, True], kind="stable"
+        [c.WORST_IDLENESS, c.EDGE], ascending=[False, True], kind="stable"
     )
-    return worst[list(run.WATCH_COLUMNS)].reset_index(drop=True)
+    return worst[list(c.WATCH_COLUMNS)].reset_index(drop=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,10 +101,10 @@ def _gaps(
 ) -> _Gaps:
     number = pd.Series(range(len(streets)), index=list(streets), dtype="int64")
     visits = events[
-        (events[run.EVENT] == Event.EDGE) & (events[run.TIME] <= end_s) & events[run.PLACE].isin(number.index)
+        (events[c.EVENT] == Event.EDGE) & (events[c.TIME] <= end_s) & events[c.PLACE].isin(number.index)
     ]
-    at = np.r_[visits[run.PLACE].map(number).to_numpy(dtype=np.int64), np.arange(len(streets))]
-    until = np.r_[visits[run.TIME].to_numpy(dtype=float), np.full(len(streets), float(end_s))]
+    at = np.r_[visits[c.PLACE].map(number).to_numpy(dtype=np.int64), np.arange(len(streets))]
+    until = np.r_[visits[c.TIME].to_numpy(dtype=float), np.full(len(streets), float(end_s))]
     order = np.lexsort((until, at))
     at, until = at[order], until[order]
     first = np.r_[True, at[1:] != at[:-1]] if len(at) else np.zeros(0, dtype=bool)
@@ -153,7 +152,7 @@ def compute_seen_within(
     >>> seen.values.tolist()
     [[10.0, 0.25, 0.0], [25.0, 0.625, 0.5]]
     """
-    check_columns(events, run.EVENT_COLUMNS[:4], "events")
+    check_columns(events, c.EVENT_COLUMNS[:4], "events")
     check_period(begin_s, end_s)
     names = list(dict.fromkeys(streets))
     if not names:
@@ -169,9 +168,9 @@ def compute_seen_within(
     whole = len(names) * (end_s - begin_s)
     return pd.DataFrame(
         {
-            a.SEEN_WITHIN: times.astype(float),
-            a.NOW: [1.0 - float(gaps.over_s(float(time)).sum()) / whole for time in times],
-            a.ALWAYS: [float(np.mean(longest <= time)) for time in times],
+            c.SEEN_WITHIN: times.astype(float),
+            c.NOW: [1.0 - float(gaps.over_s(float(time)).sum()) / whole for time in times],
+            c.ALWAYS: [float(np.mean(longest <= time)) for time in times],
         }
     )
 
@@ -200,10 +199,10 @@ def compute_rarest(*, streets: pd.DataFrame, first: int = 15) -> pd.DataFrame:
     >>> compute_rarest(streets=pd.DataFrame(rows, columns=columns))["street"].tolist()
     ['Mill Lane', 'High Street']
     """
-    told = [run.EDGE, run.STREET, run.VISITS, run.IDLENESS, run.WORST_IDLENESS]
+    told = [c.EDGE, c.STREET, c.VISITS, c.IDLENESS, c.WORST_IDLENESS]
     check_columns(streets, told, "streets")
-    seen = streets.loc[streets[run.VISITS] > 0, told]
-    return seen.sort_values(run.WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
+    seen = streets.loc[streets[c.VISITS] > 0, told]
+    return seen.sort_values(c.WORST_IDLENESS, ascending=False, kind="stable")[:first].reset_index(drop=True)
 
 
 def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
@@ -233,43 +232,43 @@ def compute_promises(*, streets: pd.DataFrame) -> pd.DataFrame:
     >>> found[["street", "promise"]].values.tolist()
     [['High Street', 'broken'], ['e3', 'never seen']]
     """
-    told = [run.EDGE, run.STREET, run.VISITS, run.WORST_IDLENESS, run.BOUND, run.WITHIN]
+    told = [c.EDGE, c.STREET, c.VISITS, c.WORST_IDLENESS, c.BOUND, c.WITHIN]
     check_columns(streets, told, "streets")
-    names = streets[run.STREET].where(streets[run.STREET].fillna("") != "", streets[run.EDGE])
+    names = streets[c.STREET].where(streets[c.STREET].fillna("") != "", streets[c.EDGE])
     rows = []
     for name, part in streets.groupby(names, sort=True):
-        seen = part[run.VISITS] > 0
-        late = part[run.WORST_IDLENESS] / part[run.BOUND]
+        seen = part[c.VISITS] > 0
+        late = part[c.WORST_IDLENESS] / part[c.BOUND]
         promise = "kept" if seen.all() else "partly seen" if seen.any() else "never seen"
         nearest = part.iloc[int((late.where(seen, 0.0) if seen.any() else late).to_numpy().argmax())]
         rows.append(
             {
-                run.STREET: str(name),
-                a.EDGES: len(part),
-                a.SEEN: int(seen.sum()),
-                a.LATE: int((late[seen] > 1.0).sum()),
-                run.VISITS: int(part[run.VISITS].sum()),
-                run.WORST_IDLENESS: float(nearest[run.WORST_IDLENESS]),
-                run.BOUND: float(nearest[run.BOUND]),
-                run.WITHIN: float(part[run.WITHIN].mean()),
-                a.PROMISE: "broken" if (late[seen] > 1.0).any() else promise,
+                c.STREET: str(name),
+                c.EDGES: len(part),
+                c.SEEN: int(seen.sum()),
+                c.LATE: int((late[seen] > 1.0).sum()),
+                c.VISITS: int(part[c.VISITS].sum()),
+                c.WORST_IDLENESS: float(nearest[c.WORST_IDLENESS]),
+                c.BOUND: float(nearest[c.BOUND]),
+                c.WITHIN: float(part[c.WITHIN].mean()),
+                c.PROMISE: "broken" if (late[seen] > 1.0).any() else promise,
             }
         )
     columns = [
-        run.STREET,
-        a.EDGES,
-        a.SEEN,
-        a.LATE,
-        run.VISITS,
-        run.WORST_IDLENESS,
-        run.BOUND,
-        run.WITHIN,
-        a.PROMISE,
+        c.STREET,
+        c.EDGES,
+        c.SEEN,
+        c.LATE,
+        c.VISITS,
+        c.WORST_IDLENESS,
+        c.BOUND,
+        c.WITHIN,
+        c.PROMISE,
     ]
     found = pd.DataFrame(rows, columns=columns)
-    rank = found[a.PROMISE].map({"broken": 0, "kept": 1, "partly seen": 2, "never seen": 3})
+    rank = found[c.PROMISE].map({"broken": 0, "kept": 1, "partly seen": 2, "never seen": 3})
     order = found.assign(rank=rank).sort_values(
-        ["rank", run.WORST_IDLENESS, run.STREET], ascending=[True, False, True], kind="stable"
+        ["rank", c.WORST_IDLENESS, c.STREET], ascending=[True, False, True], kind="stable"
     )
     return order[columns].reset_index(drop=True)
 
@@ -301,17 +300,17 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
     >>> found[["district", "streets", "never_seen", "worst_idleness_s"]].values.tolist()
     [['south', 1, 1, 100.0], ['north', 2, 0, 70.0]]
     """
-    check_columns(watch, run.WATCH_COLUMNS, "watch")
-    by_edge = watch.set_index(run.EDGE)
-    how = {run.VISITS: "sum", run.IDLENESS: "mean", run.WORST_IDLENESS: "max"}
-    how |= dict.fromkeys((run.HEADWAY_CV, run.BUNCHED, run.WITHIN), "mean")
+    check_columns(watch, c.WATCH_COLUMNS, "watch")
+    by_edge = watch.set_index(c.EDGE)
+    how = {c.VISITS: "sum", c.IDLENESS: "mean", c.WORST_IDLENESS: "max"}
+    how |= dict.fromkeys((c.HEADWAY_CV, c.BUNCHED, c.WITHIN), "mean")
     rows = []
     for name, edges in districts.items():
         part = by_edge.loc[by_edge.index.isin(list(edges))]
         if len(part):
-            never = int((part[run.VISITS] == 0).sum())
-            rows.append({a.DISTRICT: name, a.STREETS: len(part), a.NEVER_SEEN: never, **part.agg(how)})
-    table = pd.DataFrame(rows, columns=[a.DISTRICT, a.STREETS, a.NEVER_SEEN, *how])
-    table = table.astype({run.VISITS: "int64"})
-    order = [run.WORST_IDLENESS, a.DISTRICT]
+            never = int((part[c.VISITS] == 0).sum())
+            rows.append({c.DISTRICT: name, c.STREETS: len(part), c.NEVER_SEEN: never, **part.agg(how)})
+    table = pd.DataFrame(rows, columns=[c.DISTRICT, c.STREETS, c.NEVER_SEEN, *how])
+    table = table.astype({c.VISITS: "int64"})
+    order = [c.WORST_IDLENESS, c.DISTRICT]
     return table.sort_values(order, ascending=[False, True], kind="stable").reset_index(drop=True)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from loopgate.results.summary_rows import closed_at_s, summary_rows
+from loopgate.results.figures import closed_at_s, summary_rows
 
 _LANE = re.compile(r"_\d+$")
 _STREETS, _SMALL = 6, 4

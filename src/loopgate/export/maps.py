@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from loopgate.analysis import compute_waits
-from loopgate.analysis.columns import LONGEST, WAIT, WAITS
 from loopgate.arrays import Floats
 from loopgate.audit.layout import read_layout
 from loopgate.errors import ResultsError
@@ -21,8 +20,8 @@ from loopgate.network.projection import Projection
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import read_object, refusing
 from loopgate.replay.scene import DrawnLines, find_lines
-from loopgate.results import columns as run
-from loopgate.results.columns import Event
+from loopgate.results import columns as c
+from loopgate.results.columns import LONGEST, WAIT, WAITS, Event
 from loopgate.results.table_reading import csv_of, read_table
 from loopgate.simulation.run_folder import LAYOUT, SUMMARY
 
@@ -251,7 +250,7 @@ _TOLD = {
     Event.RETURN: "returns to the road",
     Event.END: "leaves the gate",
 }
-_OF_STREETS = (run.VISITS, run.MEAN_REVISIT, run.IDLENESS, run.WORST_IDLENESS, run.BOUND, run.WITHIN)
+_OF_STREETS = (c.VISITS, c.MEAN_REVISIT, c.IDLENESS, c.WORST_IDLENESS, c.BOUND, c.WITHIN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,7 +296,7 @@ def export_run(folder: Path | str, out: Path | str) -> list[Path]:
     made, out = _read(Path(folder)), Path(out)
     files = [write(out / f"{name}.geojson", geojson(_features(made, name))) for name in LAYERS]
     files += write_ways(made.network, made.projection, _ways(made), out / "loops")
-    vehicles = made.events[run.VEHICLE].drop_duplicates().sort_values()
+    vehicles = made.events[c.VEHICLE].drop_duplicates().sort_values()
     names = file_names(map(str, vehicles))
     for vehicle in names:
         text = csv_of(_day(made, vehicle))
@@ -340,7 +339,7 @@ def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
     'starts'
     """
     made = _read(Path(folder))
-    if vehicle not in set(made.events[run.VEHICLE]):
+    if vehicle not in set(made.events[c.VEHICLE]):
         msg = f"{folder}: the run has no vehicle {vehicle}"
         raise ResultsError(msg)
     return _day(made, vehicle)
@@ -361,10 +360,10 @@ def _read(folder: Path) -> _Made:
             network=network,
             projection=projection,
             summary=dict(summary),
-            events=read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=""),
-            edges=table("edges", run.EDGE_COLUMNS),
-            loops=table("loops", run.LOOP_COLUMNS),
-            streets=table("streets", run.STREET_COLUMNS),
+            events=read_table(folder / "events.parquet", c.EVENT_COLUMNS[:5], made_by=""),
+            edges=table("edges", c.EDGE_COLUMNS),
+            loops=table("loops", c.LOOP_COLUMNS),
+            streets=table("streets", c.STREET_COLUMNS),
             lines=find_lines(layout) if layout else DrawnLines({}, {}, (), {}, ()),
             room=dict(layout.room) if layout else {},
         )
@@ -379,25 +378,25 @@ def _features(made: _Made, layer: str) -> Features:
 def _streets(made: _Made) -> Iterator[dict[str, Any]]:
     """Yield all streets open to the vehicles, or only the streets on loops if no others are known."""
     known = made.streets if len(made.streets) else made.edges
-    stood = made.edges.set_index(run.EDGE)
+    stood = made.edges.set_index(c.EDGE)
     for row in known.to_dict("records"):
-        edge = str(row[run.EDGE])
+        edge = str(row[c.EDGE])
         if edge not in made.network.edges:
             continue
         figures = {name: row[name] for name in _OF_STREETS if name in row}
-        for name in (run.STOOD, run.EDGE_HOLD):
+        for name in (c.STOOD, c.EDGE_HOLD):
             figures[name] = stood[name].get(edge) if name in stood else None
         yield street_feature(made.network, made.projection, edge, **figures)
 
 
 def _places(made: _Made) -> Iterator[dict[str, Any]]:
     """Yield the places of the gate: how many vehicles each holds, and how long vehicles waited for it."""
-    end_s = float(made.events[run.TIME].max()) if len(made.events) else 0.0
-    begin_s = float(made.summary.get(run.BEGINS, 0.0))
-    waits = pd.DataFrame(columns=[run.PLACE, WAIT])
+    end_s = float(made.events[c.TIME].max()) if len(made.events) else 0.0
+    begin_s = float(made.summary.get(c.BEGINS, 0.0))
+    waits = pd.DataFrame(columns=[c.PLACE, WAIT])
     if end_s > begin_s:
         waits = compute_waits(events=made.events, begin_s=begin_s, end_s=end_s)
-    waited = {str(name): part.to_numpy(dtype=float) for name, part in waits.groupby(run.PLACE)[WAIT]}
+    waited = {str(name): part.to_numpy(dtype=float) for name, part in waits.groupby(c.PLACE)[WAIT]}
     for name, line in made.lines.places.items():
         times_s = waited.get(name, np.zeros(0))
         yield feature(
@@ -410,9 +409,9 @@ def _places(made: _Made) -> Iterator[dict[str, Any]]:
 
 def _ways(made: _Made) -> list[LoopLine]:
     ways = []
-    for name, part in made.loops.groupby(run.LOOP, sort=False):
-        edges = tuple(map(str, part[run.EDGE]))
-        begins = tuple(map(float, part[run.EDGE_BEGIN]))
+    for name, part in made.loops.groupby(c.LOOP, sort=False):
+        edges = tuple(map(str, part[c.EDGE]))
+        begins = tuple(map(float, part[c.EDGE_BEGIN]))
         line = made.lines.loops.get(str(name))
         if line is None:  # no gate kept its loops: edges one behind the other
             line = np.concatenate([made.network.edges[edge].lanes[0].shape for edge in edges])
@@ -429,21 +428,21 @@ def _clock(seconds: int) -> str:
 def _day(made: _Made, vehicle: str) -> pd.DataFrame:
     """Return the rows of `vehicle_day`."""
     events = made.events[
-        (made.events[run.VEHICLE] == vehicle) & made.events[run.EVENT].isin([str(kind) for kind in _TOLD])
+        (made.events[c.VEHICLE] == vehicle) & made.events[c.EVENT].isin([str(kind) for kind in _TOLD])
     ]
     told = {str(kind): words for kind, words in _TOLD.items()}
-    entered = events[run.PLACE].where(events[run.EVENT] == str(Event.EDGE)).ffill()
-    seconds = events[run.TIME].to_numpy(dtype=float)
+    entered = events[c.PLACE].where(events[c.EVENT] == str(Event.EDGE)).ffill()
+    seconds = events[c.TIME].to_numpy(dtype=float)
     frame = pd.DataFrame(
         {
-            run.TIME: seconds,
+            c.TIME: seconds,
             "clock": [_clock(int(second)) for second in seconds],
-            "what": events[run.EVENT].map(told),
+            "what": events[c.EVENT].map(told),
         }
     )
     edges = [edge if edge in made.network.edges else None for edge in entered]
-    frame[run.STREET] = [made.network.edges[edge].street if edge else "" for edge in edges]
-    frame[run.EDGE] = [edge or "" for edge in edges]
+    frame[c.STREET] = [made.network.edges[edge].street if edge else "" for edge in edges]
+    frame[c.EDGE] = [edge or "" for edge in edges]
     at = np.array(
         [made.network.edges[edge].lanes[0].shape[0] if edge else (np.nan, np.nan) for edge in edges]
     )

@@ -12,9 +12,8 @@ import numpy as np
 import pandas as pd
 import vl_convert
 
-from loopgate.analysis import columns as a
 from loopgate.plots.style import DASHES, MAX_SERIES, SYMBOLS, config, series_order
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _VEHICLES = "vehicles"
 
@@ -34,18 +33,18 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     color = alt.Color(f"{series}:N", scale=alt.Scale(domain=list(among or known)), legend=None)
     base = alt.Chart().encode(y=alt.Y(f"{series}:N", sort=known, title=None, axis=alt.Axis(labelLimit=160)))
     base = base.encode(color=color).transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
-    across = alt.X(f"{a.LOW}:Q", title=_VEHICLES, scale=alt.Scale(zero=True))
-    at = alt.X(f"{a.CAPACITY}:Q", title=_VEHICLES)
-    hover = tooltip(series, f"{a.CAPACITY}:Q", f"{a.LOW}:Q", f"{a.HIGH}:Q", f"{a.PEAK}:Q", a.AT_BORDER)
-    far = base.transform_filter(f"datum.{a.AT_BORDER}")
-    beyond = alt.condition(f"datum.{a.AT_BORDER}", alt.value("triangle-right"), alt.value("circle"))
-    known_high = base.transform_filter(f"isValid(datum.{a.HIGH})")
-    intervals = [known_high.mark_rule(strokeWidth=2).encode(x=across, x2=f"{a.HIGH}:Q")]
+    across = alt.X(f"{c.LOW}:Q", title=_VEHICLES, scale=alt.Scale(zero=True))
+    at = alt.X(f"{c.CAPACITY}:Q", title=_VEHICLES)
+    hover = tooltip(series, f"{c.CAPACITY}:Q", f"{c.LOW}:Q", f"{c.HIGH}:Q", f"{c.PEAK}:Q", c.AT_BORDER)
+    far = base.transform_filter(f"datum.{c.AT_BORDER}")
+    beyond = alt.condition(f"datum.{c.AT_BORDER}", alt.value("triangle-right"), alt.value("circle"))
+    known_high = base.transform_filter(f"isValid(datum.{c.HIGH})")
+    intervals = [known_high.mark_rule(strokeWidth=2).encode(x=across, x2=f"{c.HIGH}:Q")]
     return finish(  # type: ignore[no-any-return]
         alt.layer(
-            *(intervals if capacity[a.HIGH].notna().any() else ()),  # a scale of no numbers is a warning
+            *(intervals if capacity[c.HIGH].notna().any() else ()),  # a scale of no numbers is a warning
             base.mark_point(filled=True, size=70, opacity=1).encode(x=at, tooltip=hover, shape=beyond),
-            far.transform_calculate(said=f"'> ' + datum.{a.CAPACITY} + ', not reached'")
+            far.transform_calculate(said=f"'> ' + datum.{c.CAPACITY} + ', not reached'")
             .mark_text(align="right", dx=-10)
             .encode(x=at, text="said:N"),
             data=data(capacity),
@@ -68,15 +67,15 @@ def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     known = series_names(survival, series)
     style = series_channels(known, series, among)
     chosen = alt.FieldOneOfPredicate(field=series, oneOf=known)
-    base = alt.Chart().transform_filter(chosen).encode(x=alt.X(f"{a.AT}:Q", title="simulated time [s]"))
+    base = alt.Chart().transform_filter(chosen).encode(x=alt.X(f"{c.AT}:Q", title="simulated time [s]"))
     share = alt.Y(
-        f"{a.SURVIVAL}:Q",
+        f"{c.SURVIVAL}:Q",
         title="runs not yet locked up",
         scale=alt.Scale(domain=[0, 1]),
         axis=alt.Axis(format="%"),
     )
     band = base.mark_area(interpolate="step-after", opacity=0.15).encode(
-        y=alt.Y(f"{a.LOW}:Q", title="runs not yet locked up"), y2=f"{a.HIGH}:Q", color=style["color"]
+        y=alt.Y(f"{c.LOW}:Q", title="runs not yet locked up"), y2=f"{c.HIGH}:Q", color=style["color"]
     )
     line = (
         with_dashes(base, series)
@@ -84,7 +83,7 @@ def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequen
         .encode(y=share, color=style["color"], strokeDash=style["strokeDash"])
     )
     hover = tooltip(
-        series, f"{a.AT}:Q", f"{a.AT_RISK}:Q", f"{a.DEADLOCKED}:Q", f"{a.CENSORED}:Q", f"{a.SURVIVAL}:Q"
+        series, f"{c.AT}:Q", f"{c.AT_RISK}:Q", f"{c.DEADLOCKED}:Q", f"{c.CENSORED}:Q", f"{c.SURVIVAL}:Q"
     )
     points = base.mark_point(filled=True, size=30, opacity=1).encode(
         y=share, color=style["color"], shape=style["shape"], tooltip=hover
@@ -123,8 +122,8 @@ def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] 
     wide = (
         alt.Chart()
         .transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
-        .transform_calculate(q=f"'q' + format(100 * datum['{a.QUANTILE}'], 'd')")
-        .transform_pivot("q", value=a.LAP_TIME, groupby=keys)
+        .transform_calculate(q=f"'q' + format(100 * datum['{c.QUANTILE}'], 'd')")
+        .transform_pivot("q", value=c.LAP_TIME, groupby=keys)
         .encode(
             x=alt.X(f"{c.VEHICLES}:O", title=_VEHICLES, axis=alt.Axis(labelAngle=0)),
             xOffset=alt.XOffset(f"{series}:N", sort=known, scale=alt.Scale(paddingInner=0.25)),

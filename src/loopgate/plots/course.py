@@ -6,21 +6,19 @@ from typing import Any
 import altair as alt
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.plots.charts import NUMBER, Chart, data, finish, series_channels, series_names, tooltip
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 OVER_TIME: Mapping[str, str] = {
     c.KM_PER_H: "vehicle-km/h",
     c.LAPS_PER_H: "laps/h",
-    run.STILL: "vehicles standing",
-    a.SPEED: "mean speed [km/h]",
+    c.STILL: "vehicles standing",
+    c.SPEED: "mean speed [km/h]",
 }
 CUMULATIVE: Mapping[str, str] = {
     c.DISTANCE_KM: "vehicle-km so far",
-    run.LAPS: "laps so far",
-    a.STOOD_H: "vehicle-hours stood so far",
+    c.LAPS: "laps so far",
+    c.STOOD_H: "vehicle-hours stood so far",
 }
 """Columns of `compute_flow` and what their axes say."""
 
@@ -56,12 +54,12 @@ def plot_flow(
     """
     known = series_names(flow, series) if series else []
     color = series_channels(known, series, among, lines=True) if series else {}
-    locked = alt.Chart(alt.InlineData(values=[{run.TIME: at} for at in deadlocks]))
+    locked = alt.Chart(alt.InlineData(values=[{c.TIME: at} for at in deadlocks]))
     panels = []
     for column, label in what.items():
         # The panels share the time: its name stands below the last.
         title: Any = "simulated time [s]" if column == list(what)[-1] else None
-        x = alt.X(f"{run.TIME}:Q", title=title, scale=alt.Scale(nice=False, zero=False))
+        x = alt.X(f"{c.TIME}:Q", title=title, scale=alt.Scale(nice=False, zero=False))
         # A figure that is 0 all the time is a line at the foot of its panel.
         flat = not flow[column].gt(0).any()
         scale = alt.Scale(domain=[0, 1]) if flat else alt.Scale(zero=True)
@@ -70,13 +68,13 @@ def plot_flow(
         base = alt.Chart().encode(x=x, y=y, **color)
         if known:
             base = base.transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
-        hover = tooltip(*([series] if series else []), f"{run.TIME}:Q", f"{column}:Q")
+        hover = tooltip(*([series] if series else []), f"{c.TIME}:Q", f"{column}:Q")
         layers: list[Any] = [
             base.mark_line(strokeWidth=1.7),
             base.mark_point(size=60, opacity=0, filled=True).encode(tooltip=hover),
         ]
         if deadlocks:
-            layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{run.TIME}:Q")))
+            layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{c.TIME}:Q")))
         head = alt.Title(label, anchor="start", fontSize=12, offset=4)
         panels.append(alt.layer(*layers).properties(width=430, height=80, title=head))
     return finish(alt.vconcat(*panels, data=data(flow), spacing=8))  # type: ignore[no-any-return]
@@ -146,15 +144,15 @@ def plot_time_space(points: pd.DataFrame) -> Chart:
     """
     lines = (
         alt.Chart()
-        .transform_calculate(line=f"datum['{run.VEHICLE}'] + ' ' + datum['{a.LAP_NUMBER}']")
+        .transform_calculate(line=f"datum['{c.VEHICLE}'] + ' ' + datum['{c.LAP_NUMBER}']")
         .encode(
-            x=alt.X(f"{run.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False)),
-            y=alt.Y(f"{a.POSITION}:Q", title="place on the loop [m]"),
-            color=alt.Color(f"{run.VEHICLE}:N", legend=None),
+            x=alt.X(f"{c.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False)),
+            y=alt.Y(f"{c.POSITION}:Q", title="place on the loop [m]"),
+            color=alt.Color(f"{c.VEHICLE}:N", legend=None),
             detail="line:N",
         )
     )
-    hover = tooltip(run.VEHICLE, f"{a.LAP_NUMBER}:Q", run.EDGE, f"{run.TIME}:Q", f"{a.POSITION}:Q")
+    hover = tooltip(c.VEHICLE, f"{c.LAP_NUMBER}:Q", c.EDGE, f"{c.TIME}:Q", f"{c.POSITION}:Q")
     return finish(  # type: ignore[no-any-return]
         alt.layer(
             lines.mark_line(strokeWidth=1.3),

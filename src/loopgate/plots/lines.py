@@ -8,7 +8,6 @@ import altair as alt
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.plots.charts import (
     NUMBER,
     Chart,
@@ -19,11 +18,11 @@ from loopgate.plots.charts import (
     tooltip,
     with_dashes,
 )
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _SPREAD = 0.008
 """Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
-_OVER: dict[str, Any] = {"x": c.VEHICLES, "low": a.LOW, "high": a.HIGH}
+_OVER: dict[str, Any] = {"x": c.VEHICLES, "low": c.LOW, "high": c.HIGH}
 
 
 def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but the table by name
@@ -143,7 +142,7 @@ def plot_mean(
     >>> plot_mean(compute_mean(runs=runs), "vehicle-km/h", single=runs).save("figure.svg")
     """
     of: dict[str, Any] = {"series": series, "single": single, "single_y": value, "among": among}
-    return plot_against(means, y=a.MEAN, labels=("", label), **of, **_OVER)
+    return plot_against(means, y=c.MEAN, labels=("", label), **of, **_OVER)
 
 
 def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
@@ -158,7 +157,7 @@ def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequ
     >>> plot_deadlock_rate(compute_deadlock_rate(runs=runs)).save("figure.svg")
     """
     labels = "", "runs that lock up"
-    return plot_against(rates, y=a.RATE, labels=labels, series=series, percent=True, among=among, **_OVER)
+    return plot_against(rates, y=c.RATE, labels=labels, series=series, percent=True, among=among, **_OVER)
 
 
 def plot_paired(
@@ -175,8 +174,8 @@ def plot_paired(
     >>> runs = runs.assign(vehicles=40, km_per_h=[90.0, 110.0, 100.0, 125.0])
     >>> plot_paired(compute_paired(runs=runs, baseline="open")).save("figure.svg")
     """
-    labels = "", label or f"difference to {paired[a.BASELINE].iloc[0]}"
-    lines = plot_against(paired, y=a.DIFFERENCE, labels=labels, series=series, among=among, **_OVER)
+    labels = "", label or f"difference to {paired[c.BASELINE].iloc[0]}"
+    lines = plot_against(paired, y=c.DIFFERENCE, labels=labels, series=series, among=among, **_OVER)
     lines.layer.insert(
         0, alt.Chart(alt.InlineData(values=[{}])).mark_rule(strokeWidth=1).encode(y=alt.datum(0))
     )
@@ -217,7 +216,7 @@ def _log_ticks(low: float, high: float) -> list[float]:
 def plot_fundamental(
     means: pd.DataFrame,
     *,
-    y: str = a.FLOW,
+    y: str = c.FLOW,
     series: str = c.GATE,
     single: pd.DataFrame | None = None,
     among: Sequence[str] = (),
@@ -244,7 +243,7 @@ def plot_fundamental(
     >>> runs = runs.assign(mean_speed_mps=[7.0, 5.0])
     >>> plot_fundamental(compute_fundamental(runs=runs, by=["gate", "vehicles"])).save("figure.svg")
     """
-    label = {a.FLOW: "flow [vehicles/h]", a.SPEED: "mean speed [km/h]"}
+    label = {c.FLOW: "flow [vehicles/h]", c.SPEED: "mean speed [km/h]"}
     labels = "density [vehicles per km of road on loops]", label.get(y, y)
     of: dict[str, Any] = {"series": series, "single": single, "single_y": y, "among": among}
-    return plot_against(means, x=a.DENSITY, y=y, labels=labels, **of)
+    return plot_against(means, x=c.DENSITY, y=y, labels=labels, **of)

@@ -6,8 +6,7 @@ import pandas as pd
 
 from loopgate.plots.charts import NUMBER, Chart, finish
 from loopgate.plots.style import series_order
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 
 _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MARGIN = 0.03  # of the extent
@@ -42,7 +41,7 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
     above = edges[edges[value] > 0]
     names = series_order((above if len(above) else edges)[series])[:_MAPS]
     drawn = edges[edges[series].isin(names)].sort_values(value, kind="stable", na_position="first")
-    shapes = {str(text): points(str(text)) for text in drawn[run.SHAPE].unique()}
+    shapes = {str(text): points(str(text)) for text in drawn[c.SHAPE].unique()}
     every = np.concatenate(list(shapes.values())) if shapes else np.zeros((1, 2))
     extent = np.maximum(np.ptp(every, axis=0), 1.0)
     lines = {text: beside(line, _SHIFT * float(extent.max())).round(1) for text, line in shapes.items()}
@@ -55,10 +54,10 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
     rows = [
         {
             "type": "Feature",
-            "geometry": {"type": "LineString", "coordinates": lines[str(row[run.SHAPE])].tolist()},
+            "geometry": {"type": "LineString", "coordinates": lines[str(row[c.SHAPE])].tolist()},
             "series": str(row[series]),
-            "street": str(row.get(run.STREET) or ""),
-            "edge": str(row.get(run.EDGE, number)),
+            "street": str(row.get(c.STREET) or ""),
+            "edge": str(row.get(c.EDGE, number)),
             "value": None if pd.isna(row[value]) else round(float(row[value]), 2),
         }
         for number, row in enumerate(drawn.to_dict("records"))

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, Final
 
-from loopgate.analysis.columns import SUMO_RULES
+from loopgate.results.columns import SUMO_RULES
 
 _NAMES = ("ink", "soft", "line", "heat", *(f"s{number}" for number in range(8)))
 

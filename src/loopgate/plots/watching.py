@@ -5,16 +5,15 @@ from collections.abc import Mapping
 import altair as alt
 import pandas as pd
 
-from loopgate.analysis import columns as a
 from loopgate.plots.charts import Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.plots.road_map import plot_edges
-from loopgate.results import columns as run
+from loopgate.results import columns as c
 
 _SERIES = "series"
 
 
 def plot_unwatched(
-    streets: pd.DataFrame, value: str = run.WORST_IDLENESS, *, label: str = "longest time unseen [s]"
+    streets: pd.DataFrame, value: str = c.WORST_IDLENESS, *, label: str = "longest time unseen [s]"
 ) -> Chart:
     """Draw a map of streets by idleness: darker if idle longer, dashed if never visited.
 
@@ -33,7 +32,7 @@ def plot_unwatched(
     >>> streets = pd.DataFrame({"shape": shapes, "visits": [9, 2, 0], "worst_idleness_s": [60, 300, 3600]})
     >>> plot_unwatched(streets).save("unwatched.svg")
     """
-    seen = streets[run.VISITS] > 0
+    seen = streets[c.VISITS] > 0
     title = f"seen: {seen.sum()} of {len(seen)}" + (", dashed: never" if not seen.all() else "")
     told = streets.assign(**{_SERIES: title})
     told[value] = streets[value].where(seen)
@@ -61,9 +60,9 @@ def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None 
     >>> plot_seen_within({"covering": table}, bound_s=60).save("seen.svg")
     """
     parts = [
-        pd.DataFrame({"x": table[a.SEEN_WITHIN], "y": table[column], _SERIES: f"{name} {how}".strip()})
+        pd.DataFrame({"x": table[c.SEEN_WITHIN], "y": table[column], _SERIES: f"{name} {how}".strip()})
         for name, table in seen.items()
-        for column, how in ((a.NOW, "on average over time"), (a.ALWAYS, "always"))
+        for column, how in ((c.NOW, "on average over time"), (c.ALWAYS, "always"))
     ]
     rows = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["x", "y", _SERIES])
     channels = series_channels(series_names(rows, _SERIES), _SERIES, lines=True)

@@ -39,20 +39,17 @@ from loopgate.analysis import (
     compute_time_to_deadlock,
     compute_trips,
 )
-from loopgate.analysis import columns as a
-from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
 from loopgate.plots.charts import Chart
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
 from loopgate.plots.style import MAX_SERIES, series_order
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
-from loopgate.results.row_columns import TRUNCATED
+from loopgate.results import columns as c
+from loopgate.results.columns import SERIES, TRUNCATED
 from loopgate.runs.results import Results
 from loopgate.runs.run import Run, read_run
 
 _MOST_POINTS_OF_ONE = 6000
-_STREETS = f'run.streets["{run.EDGE}"]'
+_STREETS = f'run.streets["{c.EDGE}"]'
 
 
 def add_single_run(content: Content, folder: Path) -> str:
@@ -63,7 +60,7 @@ def add_single_run(content: Content, folder: Path) -> str:
         "run.vehicles": one.vehicles,
         "run.loops": one.loops,
     }
-    times = [float(table[run.TIME].max()) for table in (one.events, one.flow) if len(table)]
+    times = [float(table[c.TIME].max()) for table in (one.events, one.flow) if len(table)]
     end_s = max(times, default=0.0)
     begin_s = max(0.0, end_s - float(one.summary["duration_s"]))
     if end_s > begin_s:
@@ -75,7 +72,7 @@ def add_single_run(content: Content, folder: Path) -> str:
                 "causes",
                 "Why vehicles wait",
                 "All waits for the gate, by the reason of the refusal.",
-                plots.plot_ranked(causes, of=run.REASON, value=a.WAIT, label="vehicle-seconds"),
+                plots.plot_ranked(causes, of=c.REASON, value=c.WAIT, label="vehicle-seconds"),
             )
         _add_watch(content, one, options)
     _add_standing(content, one)
@@ -97,17 +94,17 @@ def _add_standing(content: Content, one: Run) -> None:
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
     """Add the unseen streets, the streets on no loop in view, and the revisit intervals."""
     streets = one.streets
-    if streets is None or not (streets[run.VISITS] > 0).any():
+    if streets is None or not (streets[c.VISITS] > 0).any():
         return
-    content.known |= {"run.streets": streets, _STREETS: streets[run.EDGE]}
+    content.known |= {"run.streets": streets, _STREETS: streets[c.EDGE]}
     if one.scenario.get("revisit_s"):
         content.table("promises", "Promises, by street", compute_promises, {"streets": "run.streets"})
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
-    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(run.BEGINS, 0.0))
+    of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(c.BEGINS, 0.0))
     seen = content.table(
         "seen-within", "Seen within", compute_seen_within, of, listed=False, **period, since_s=since_s
     )
-    never = int((streets[run.VISITS] == 0).sum())
+    never = int((streets[c.VISITS] == 0).sum())
     caption = "Broad and strong where a street went unseen for long."
     if never:
         caption += f" {never} of {len(streets)} were never seen: dashed."
@@ -123,10 +120,10 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
 
 def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> None:
     """Add the loop with the most standing, over time."""
-    driven = vehicles[vehicles[run.LOOP].isin(loops[run.LOOP])]
-    if driven.empty or run.STOOD not in driven:
+    driven = vehicles[vehicles[c.LOOP].isin(loops[c.LOOP])]
+    if driven.empty or c.STOOD not in driven:
         return
-    loop = str(driven.groupby(run.LOOP)[run.STOOD].sum().idxmax())
+    loop = str(driven.groupby(c.LOOP)[c.STOOD].sum().idxmax())
     points = content.table(
         "time-space",
         f"Loop {loop} over time",
@@ -290,7 +287,7 @@ class Content:
         self.figures = [item for item in self.figures if item.name != name]
 
 
-_BY = [a.SERIES, c.VEHICLES]
+_BY = [c.SERIES, c.VEHICLES]
 _PERCENT = [0.05, 0.25, 0.5, 0.75, 0.95]
 _MOST_PANELS = 6
 _MOST_POINTS = 2000
@@ -308,9 +305,9 @@ _SINGLE += [
     c.MEAN_DELAY,
     c.WORST_DELAY,
     c.WORST_IDLENESS,
-    a.DENSITY,
-    a.FLOW,
-    a.SPEED,
+    c.DENSITY,
+    c.FLOW,
+    c.SPEED,
 ]
 
 _MEANS = (
@@ -361,7 +358,7 @@ def network_sections(results: Results) -> list[Section]:
 
 def common_count(runs: pd.DataFrame) -> int:
     """Return the largest vehicle count that most series share."""
-    series = runs.groupby(c.VEHICLES)[a.SERIES].nunique()
+    series = runs.groupby(c.VEHICLES)[c.SERIES].nunique()
     return int(series.index[series == series.max()].max())
 
 
@@ -383,7 +380,7 @@ def _load(results: Results, network: str) -> str:
 
 
 def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> Section:
-    names = series_order(runs[a.SERIES])
+    names = series_order(runs[c.SERIES])
     content = Content({"runs": runs, "results.edge_sets": results.edge_sets}, names)
     if results.run_folders and len(runs) <= _MOST_FLOWS:
         load += _over_time(content, runs, results)
@@ -427,27 +424,27 @@ def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
     content.table("trips", "Trips, means over runs", compute_trips, by=_BY)
     for name, title, axis, value, more in _MEANS:
         means = content.table(name, title, compute_mean, value=value, by=_BY)
-        if means[a.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:
+        if means[c.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:
             chart = plots.plot_mean(means, axis, **content.style, single=points, value=value)
             content.figure(name, title, f"{more} {bars}".strip(), chart)
-        elif not means[a.MEAN].notna().any():
+        elif not means[c.MEAN].notna().any():
             content.tables.pop(name, None)
     if counts > 1:
         diagram = content.table("fundamental", "Density, flow and speed", compute_fundamental, by=_BY)
         for name, title, y in (
-            ("fundamental-diagram", "Fundamental diagram", a.FLOW),
-            ("speed-density", "Speed over density", a.SPEED),
+            ("fundamental-diagram", "Fundamental diagram", c.FLOW),
+            ("speed-density", "Speed over density", c.SPEED),
         ):
             chart = plots.plot_fundamental(diagram, y=y, **content.style, single=points)
             caption = "Means over seeds; small points are single runs."
             content.figure(name, title, caption, chart, "fundamental")
-    peaks = content.table("capacity", "Capacity", compute_capacity, by=[a.SERIES])
+    peaks = content.table("capacity", "Capacity", compute_capacity, by=[c.SERIES])
     if counts > 1:
         caption = "The vehicle count at which throughput peaks"
-        some = peaks[a.LOW].notna().any()
+        some = peaks[c.LOW].notna().any()
         caption += ", with its 95 % interval (bootstrap of the runs at each count)." if some else "."
         caption += " A triangle: the most vehicles that were tried, so it peaks beyond." * any(
-            peaks[a.AT_BORDER]
+            peaks[c.AT_BORDER]
         )
         content.figure("capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style))
     if len(names) > 1 and not runs.duplicated([*_BY, c.SEED]).any():
@@ -456,11 +453,11 @@ def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
 
 def _paired(content: Content, baseline: str) -> None:
     title = f"Difference to {baseline} on the same seeds [vehicle-km/h]"
-    paired = content.table("paired", title, compute_paired, baseline=baseline, of=a.SERIES, by=[c.VEHICLES])
+    paired = content.table("paired", title, compute_paired, baseline=baseline, of=c.SERIES, by=[c.VEHICLES])
     if len(paired):
-        kinds = [kind for kind in paired[a.KIND].unique() if kind != NO_INTERVAL]
+        kinds = [kind for kind in paired[c.KIND].unique() if kind != NO_INTERVAL]
         bars = f", with 95 % intervals ({' or '.join(kinds)})" if kinds else ""
-        few = "" if len(kinds) == paired[a.KIND].nunique() else f" No interval below {FEWEST} pairs."
+        few = "" if len(kinds) == paired[c.KIND].nunique() else f" No interval below {FEWEST} pairs."
         content.figure(
             "paired",
             title.partition(" [")[0],
@@ -502,7 +499,7 @@ def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
     if not (waits[c.VEHICLES] == count).any():
         return
     chart = plots.plot_ranked(
-        waits, of=a.CAUSE, value=a.MOST, label="longest wait [s]", **content.style
+        waits, of=c.CAUSE, value=c.MOST, label="longest wait [s]", **content.style
     ).transform_filter(f"datum['{c.VEHICLES}'] == {count}")
     caption = f"The longest time that one wait was for a cause, in any run with {count} vehicles; gates only."
     content.figure("longest-waits", title, caption, chart)
@@ -525,33 +522,33 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
     """Add maps and ranks of edges and junctions, at the vehicle count that the series share."""
     count = common_count(runs)
     of = {"runs": "runs", "edge_sets": "results.edge_sets"}
-    where, by = f"{c.VEHICLES} == {count}", [a.SERIES]
+    where, by = f"{c.VEHICLES} == {count}", [c.SERIES]
     title = f"Edges with {count} vehicles"
     edges = content.table("edges", title, compute_edge_means, of, where=where, listed=False, by=by)
     if not len(edges):
         return
-    if run.STOOD in edges and edges[run.STOOD].gt(0).any():
-        for name, what in (("junctions", run.JUNCTION), ("streets", run.EDGE)):
+    if c.STOOD in edges and edges[c.STOOD].gt(0).any():
+        for name, what in (("junctions", c.JUNCTION), ("streets", c.EDGE)):
             title = (
                 f"{name.capitalize()} before which vehicles stand"
-                if what == run.JUNCTION
+                if what == c.JUNCTION
                 else "Streets on which vehicles stand"
             )
             ranked = content.table(
                 name, title, compute_ranked, of, where=where, by=by, what=what, first=_RANKED
             )
             chart = plots.plot_ranked(
-                ranked, of=what, value=run.STOOD, label="vehicle-seconds standing", **content.style
+                ranked, of=what, value=c.STOOD, label="vehicle-seconds standing", **content.style
             )
             caption = f"The ten with most of it, with {count} vehicles; means over runs."
             content.figure(name, title, caption, chart)
     for name, title, column, label in (
-        ("map", "Where vehicles stand", run.STOOD, "vehicle-seconds standing per edge and run"),
-        ("idleness-map", "Idleness of edges on loops", run.IDLENESS, "idleness per edge [s]"),
+        ("map", "Where vehicles stand", c.STOOD, "vehicle-seconds standing per edge and run"),
+        ("idleness-map", "Idleness of edges on loops", c.IDLENESS, "idleness per edge [s]"),
     ):
         if column in edges and edges[column].gt(0).any():
             caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
-            chart = plots.plot_edges(edges, column, label=label, series=a.SERIES)
+            chart = plots.plot_edges(edges, column, label=label, series=c.SERIES)
             content.figure(name, title, caption, chart, "edges")
 
 
@@ -561,10 +558,10 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
     if flow.empty:
         return ""
     content.known["flow"] = flow
-    longest = float(flow[run.TIME].max() - flow[run.TIME].min())
+    longest = float(flow[c.TIME].max() - flow[c.TIME].min())
     every = max(60.0, round(longest / 120 / 60) * 60.0)
     of = {"flow": "flow"}
-    table = content.table("flow", "Over time", compute_flow, of, every_s=every, by=[a.SERIES])
+    table = content.table("flow", "Over time", compute_flow, of, every_s=every, by=[c.SERIES])
     if table.empty:
         return ""
     locked = sorted(runs[c.FIRST_DEADLOCK].dropna().tolist())[:_MOST_PANELS]

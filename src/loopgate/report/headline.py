@@ -5,14 +5,12 @@ from collections.abc import Collection, Mapping, Sequence
 
 import pandas as pd
 
-from loopgate.analysis import columns as a
-from loopgate.analysis.columns import SERIES
 from loopgate.analysis.statistics import wilson_interval
 from loopgate.plots.style import open_first
 from loopgate.reading import counted
 from loopgate.report.content import Section
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
+from loopgate.results.columns import SERIES
 
 DASH = "\N{EN DASH}"
 _MOST_NAMES = 4
@@ -119,21 +117,21 @@ def watch_sentences(streets: pd.DataFrame) -> list[str]:
 
     `streets` is from `compute_promises`.
     """
-    count = streets[a.PROMISE].value_counts()
-    bounds = sorted(bound for bound in set(streets[run.BOUND]) if math.isfinite(bound))
+    count = streets[c.PROMISE].value_counts()
+    bounds = sorted(bound for bound in set(streets[c.BOUND]) if math.isfinite(bound))
     every = f"{number(bounds[0])} s" if len(bounds) == 1 else f"{number(bounds[0])} to {number(bounds[-1])} s"
     kept, broken = int(count.get("kept", 0)), int(count.get("broken", 0))
     never, partly = int(count.get("never seen", 0)), int(count.get("partly seen", 0))
     outcome = f"Kept on {kept} of {len(streets)} streets, broken on {broken}"
-    edges, seen, late = (int(streets[name].sum()) for name in (a.EDGES, a.SEEN, a.LATE))
+    edges, seen, late = (int(streets[name].sum()) for name in (c.EDGES, c.SEEN, c.LATE))
     sentences = [
         f"Promised: every street is seen again within {every}.",
         f"{outcome}; {partly} were seen in part, {never} never.",
         f"By edges: {seen} of {edges} were seen, and on {seen - late} of these the promise was kept.",
     ]
     if broken:
-        worst = streets[streets[a.PROMISE] == "broken"].head(_MOST_NAMES)
-        names = [f"{row[run.STREET]} ({number(row[run.WORST_IDLENESS])} s)" for _, row in worst.iterrows()]
+        worst = streets[streets[c.PROMISE] == "broken"].head(_MOST_NAMES)
+        names = [f"{row[c.STREET]} ({number(row[c.WORST_IDLENESS])} s)" for _, row in worst.iterrows()]
         sentences.append(f"Broken by most: {', '.join(names)}.")
     return sentences
 
@@ -145,23 +143,23 @@ def _said(name: str) -> str:
 
 def _throughput(tables: Mapping[str, pd.DataFrame], runs: pd.DataFrame, *, every: bool = True) -> list[str]:
     """Return sentences on the rule with the greatest throughput, compared with the other rules."""
-    peaks = tables["capacity"].sort_values(a.PEAK, ascending=False, kind="stable")
+    peaks = tables["capacity"].sort_values(c.PEAK, ascending=False, kind="stable")
     if runs[c.VEHICLES].min() == runs[c.VEHICLES].max():  # one count is no border of what was tried
-        peaks = peaks.assign(**{a.AT_BORDER: False})
+        peaks = peaks.assign(**{c.AT_BORDER: False})
     if not every:
         peaks = peaks[~peaks[SERIES].str.partition(", ")[0].duplicated()]
     best = peaks.iloc[0]
-    much = f"{number(best[a.PEAK])} vehicle-km/h"
+    much = f"{number(best[c.PEAK])} vehicle-km/h"
     if len(runs) == 1:
         return [f"{much} with {_said(best[SERIES])}."]
-    most = f"Vehicles drive most with {_said(best[SERIES])}: {much} with {best[a.CAPACITY]} vehicles."
+    most = f"Vehicles drive most with {_said(best[SERIES])}: {much} with {best[c.CAPACITY]} vehicles."
     others = []
     for _, row in peaks.iloc[1:].iterrows():
-        ratio = best[a.PEAK] / row[a.PEAK] if row[a.PEAK] > 0 else math.inf
+        ratio = best[c.PEAK] / row[c.PEAK] if row[c.PEAK] > 0 else math.inf
         times = f"{ratio:.2f} times as much as" if ratio < math.inf else "more than"
-        if best[a.PEAK] <= row[a.PEAK] * _EQUAL:
+        if best[c.PEAK] <= row[c.PEAK] * _EQUAL:
             times = "as much as"
-        peak = f"{number(row[a.PEAK])} with {row[a.CAPACITY]} vehicles"
+        peak = f"{number(row[c.PEAK])} with {row[c.CAPACITY]} vehicles"
         others.append(f"{times} with {_said(row[SERIES])} at its best ({peak})")
     return [f"{most} That is {', '.join(others)}." if others else most, *_unreached(peaks)]
 
@@ -171,7 +169,7 @@ def _unreached(peaks: pd.DataFrame) -> list[str]:
     return [
         f"The capacity was not reached with {_listed([_said(name) for name in part[SERIES]])}: "
         f"more than {most} vehicles were not tried."
-        for most, part in peaks[peaks[a.AT_BORDER].eq(other=True)].groupby(a.CAPACITY, sort=True)
+        for most, part in peaks[peaks[c.AT_BORDER].eq(other=True)].groupby(c.CAPACITY, sort=True)
     ]
 
 
@@ -192,19 +190,19 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         return []
     sentences = []
     for series, part in tables["paired"].groupby(SERIES, sort=True):
-        sure = part[part[a.LOW].notna()]
-        up, down = sure[sure[a.LOW] > 0], sure[sure[a.HIGH] < 0]
+        sure = part[part[c.LOW].notna()]
+        up, down = sure[sure[c.LOW] > 0], sure[sure[c.HIGH] < 0]
         if sure.empty:
             plural = "s" if len(part) > 1 else ""
-            pairs = int(part[a.PAIRS].max())
+            pairs = int(part[c.PAIRS].max())
             of = "one run" if pairs == 1 else f"at most {pairs} runs"
             counts = f"{of} of each at {len(part)} vehicle count{plural}, so the difference may be chance"
         else:
             counts = (
                 f"more at {len(up)} and less at {len(down)} of {len(sure)} vehicle counts "
-                f"(95 % interval of the difference, {' and '.join(sorted(set(sure[a.KIND])))}, clear of zero)"
+                f"(95 % interval of the difference, {' and '.join(sorted(set(sure[c.KIND])))}, clear of zero)"
             )
-        baseline = part[a.BASELINE].iloc[0]
+        baseline = part[c.BASELINE].iloc[0]
         sentences.append(
             f"On the same seeds, with {_said(str(series))} vehicles drive {_extremes(part)} as with "
             f"{_said(baseline)}: {counts}."
@@ -213,14 +211,14 @@ def _pairs(tables: Mapping[str, pd.DataFrame]) -> list[str]:
 
 
 def _extremes(part: pd.DataFrame) -> str:
-    known = part[part[a.RATIO].notna()].sort_values(a.RATIO, kind="stable")
+    known = part[part[c.RATIO].notna()].sort_values(c.RATIO, kind="stable")
     if known.empty:
         return "a distance without a defined ratio"
     low, high = known.iloc[0], known.iloc[-1]
     if low[c.VEHICLES] == high[c.VEHICLES]:
-        return f"{high[a.RATIO]:.2f} times as much"
+        return f"{high[c.RATIO]:.2f} times as much"
     return (
-        f"{low[a.RATIO]:.2f} (with {low[c.VEHICLES]:g} vehicles) to {high[a.RATIO]:.2f} times as much "
+        f"{low[c.RATIO]:.2f} (with {low[c.VEHICLES]:g} vehicles) to {high[c.RATIO]:.2f} times as much "
         f"(with {high[c.VEHICLES]:g})"
     )
 

@@ -20,8 +20,6 @@ import vl_convert
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from loopgate.analysis import columns as a
-from loopgate.analysis.columns import SERIES
 from loopgate.disk import disk_error, writing
 from loopgate.errors import LoopgateError, ResultsError
 from loopgate.foreign import reason_of
@@ -32,8 +30,8 @@ from loopgate.replay.page import hash_of
 from loopgate.report.content import FigureItem, Section, TableItem, network_sections
 from loopgate.report.headline import DASH, headline, lead, number, title
 from loopgate.report.tables import Cells, cells, latex_text, write_csv, write_latex
-from loopgate.results import row_columns as c
-from loopgate.results.row_columns import EDGE_LISTS, EDGE_SET, STATUS, STATUS_FAILED, STRANGE
+from loopgate.results import columns as c
+from loopgate.results.columns import EDGE_LISTS, EDGE_SET, SERIES, STATUS, STATUS_FAILED, STRANGE
 from loopgate.results.table_reading import csv_of, plain
 from loopgate.runs.results import Results
 from loopgate.versions import versions
@@ -230,9 +228,9 @@ _WITH_INTERVALS = f"{_OF_MEANS}, in brackets its 95 % interval (Student's t)"
 
 def caption(means: pd.DataFrame) -> str:
     """Return the caption of a table of means; it explains brackets only if there are any."""
-    if means[a.LOW].notna().any():
+    if means[c.LOW].notna().any():
         return _WITH_INTERVALS
-    return _OF_MEANS if (means[a.RUNS] > 1).any() else _OF_ONE
+    return _OF_MEANS if (means[c.RUNS] > 1).any() else _OF_ONE
 
 
 def headline_table(means: pd.DataFrame) -> Cells:
@@ -251,10 +249,10 @@ def headline_table(means: pd.DataFrame) -> Cells:
 
 
 def _cell(row: pd.Series) -> str:
-    mean = number(float(row[a.MEAN]))
-    if pd.isna(row[a.LOW]):
+    mean = number(float(row[c.MEAN]))
+    if pd.isna(row[c.LOW]):
         return mean
-    return f"{mean} ({number(float(row[a.LOW]))} to {number(float(row[a.HIGH]))})"
+    return f"{mean} ({number(float(row[c.LOW]))} to {number(float(row[c.HIGH]))})"
 
 
 def write_headline(headings: list[str], rows: list[list[str]], said: str, file: Path) -> None:

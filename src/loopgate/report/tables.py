@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from loopgate.analysis.columns import AT_BORDER, BETTER, CAPACITY, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.report.headline import DASH, number
+from loopgate.results.columns import AT_BORDER, BETTER, CAPACITY, HIGH, LOW, RATE, REFUSED_SHARE
 from loopgate.results.table_reading import csv_of
 
 Cells = tuple[list[str], list[list[str]]]

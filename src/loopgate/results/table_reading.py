@@ -16,8 +16,7 @@ import pyarrow.parquet as pq
 
 from loopgate.errors import ResultsError
 from loopgate.reading import listed, refusing
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.versions import versions
 
@@ -87,9 +86,9 @@ _NEEDED = (
 _AGAIN = "make it again"
 _ROWS_AGAIN = "remove it and run the same sweep again to make its rows anew"
 
-_TEXTS = {run.VEHICLE, run.EVENT, run.PLACE, run.REASON, run.STAGE}
-_TEXTS |= {run.LOOP, run.EDGE, run.SHAPE, run.JUNCTION}
-_NUMBERS = {*run.EVENT_COLUMNS, *run.VEHICLE_COLUMNS, *run.EDGE_COLUMNS, run.STOOD, run.STILL, run.EDGE_BEGIN}
+_TEXTS = {c.VEHICLE, c.EVENT, c.PLACE, c.REASON, c.STAGE}
+_TEXTS |= {c.LOOP, c.EDGE, c.SHAPE, c.JUNCTION}
+_NUMBERS = {*c.EVENT_COLUMNS, *c.VEHICLE_COLUMNS, *c.EDGE_COLUMNS, c.STOOD, c.STILL, c.EDGE_BEGIN}
 _NUMBERS -= _TEXTS
 
 _LARGEST = 1e15

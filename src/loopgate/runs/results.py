@@ -11,12 +11,11 @@ from typing import Any
 import pandas as pd
 import pyarrow as pa
 
-from loopgate.analysis.columns import SERIES
 from loopgate.analysis.rows import read_run_row
 from loopgate.errors import ResultsError
 from loopgate.reading import as_path, counted, listed, read_object, refusing, shown
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
+from loopgate.results.columns import SERIES
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import Rows, check_sizes, read_rows, read_table
 
@@ -47,7 +46,7 @@ class Results:
     """The folders from which the results were read."""
     runs: pd.DataFrame
     """One row per run, sorted by network, gate, settings, vehicles and seed; columns as in
-    `results.row_columns`, and one for each further scenario key that varies."""
+    `results.columns`, and one for each further scenario key that varies."""
     edge_sets: Mapping[str, pd.DataFrame]
     """For each `EDGE_SET` its edges, in the order of the lists: `EDGE`, `EDGE_LENGTH` [m], `SHAPE`."""
     manifest: Mapping[str, Any] = field(default_factory=dict)
@@ -72,11 +71,11 @@ class Results:
         """
         series = runs[SERIES] if SERIES in runs else runs[c.GATE]
         parts = [
-            read_table(file, run.FLOW_COLUMNS, made_by="").assign(**{c.KEY: key, SERIES: name})
+            read_table(file, c.FLOW_COLUMNS, made_by="").assign(**{c.KEY: key, SERIES: name})
             for key, name in zip(runs[c.KEY], series, strict=True)
             if key in self.run_folders and (file := self.run_folders[key] / "flow.parquet").is_file()
         ]
-        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=list(run.FLOW_COLUMNS))
+        return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=list(c.FLOW_COLUMNS))
 
 
 def read_results(folder: Path | str | Sequence[Path | str]) -> Results:
@@ -152,7 +151,7 @@ def _from_rows(folder: Path) -> Results:
     tables = [one.table for one in files]
     rows: pd.DataFrame = pa.concat_tables([ROW_SCHEMA.empty_table(), *tables]).to_pandas()
     edge_sets = {
-        file.stem: read_table(file, (run.EDGE, run.EDGE_LENGTH, run.SHAPE), made_by="")
+        file.stem: read_table(file, (c.EDGE, c.EDGE_LENGTH, c.SHAPE), made_by="")
         for file in sorted((folder / "edges").glob("*.parquet"))
     }
     manifest = folder / "sweep.json"

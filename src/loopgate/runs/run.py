@@ -24,11 +24,10 @@ from loopgate.plots import plot_edges, plot_flow, plot_laps, plot_seen_within, p
 from loopgate.plots.charts import Chart, figure_image
 from loopgate.reading import as_path, read_object, read_toml, refusing
 from loopgate.replay import Replay, make_replay
-from loopgate.results import columns as run
-from loopgate.results import row_columns as c
-from loopgate.results.row_columns import STRANGE
+from loopgate.results import columns as c
+from loopgate.results.columns import STRANGE
+from loopgate.results.figures import summary_rows
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.summary_rows import summary_rows
 from loopgate.results.table_reading import maker, read_table
 
 
@@ -110,8 +109,8 @@ class Run:
             found["laps"] = plot_laps(laps)
         means = compute_edge_means(runs=runs, edge_sets={row[c.EDGE_SET]: edges})
         for name, column, label in (
-            ("standing", run.STOOD, "time stood per edge [s]"),
-            ("idleness", run.IDLENESS, "idleness per edge [s]"),
+            ("standing", c.STOOD, "time stood per edge [s]"),
+            ("idleness", c.IDLENESS, "idleness per edge [s]"),
         ):
             if means[column].gt(0).any():
                 found[name] = plot_edges(means, column, label=label)
@@ -121,11 +120,11 @@ class Run:
         return found
 
     def _seen(self, streets: pd.DataFrame) -> Chart:
-        since_s = float(self.summary.get(run.BEGINS, 0.0))
+        since_s = float(self.summary.get(c.BEGINS, 0.0))
         begin_s = since_s + float(self.scenario.get("warmup_s", 0.0))
         seen = compute_seen_within(
             events=self.events,
-            streets=streets[run.EDGE],
+            streets=streets[c.EDGE],
             begin_s=begin_s,
             end_s=begin_s + float(self.summary["duration_s"]),
             since_s=since_s,
@@ -202,19 +201,19 @@ def read_run(folder: Path | str) -> Run:
     with refusing(folder, "run folder", ResultsError):
         summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
         made_by = maker(summary)
-        events = read_table(folder / "events.parquet", run.EVENT_COLUMNS[:5], made_by=made_by)
-        if run.STAGE not in events:  # there were no stages once
-            events[run.STAGE] = ""
+        events = read_table(folder / "events.parquet", c.EVENT_COLUMNS[:5], made_by=made_by)
+        if c.STAGE not in events:  # there were no stages once
+            events[c.STAGE] = ""
         scenario, streets = folder / "scenario.toml", folder / "streets.parquet"
         return Run(
             summary=summary,
             events=events,
-            vehicles=read_table(folder / "vehicles.parquet", run.VEHICLE_COLUMNS, made_by=made_by),
-            edges=read_table(folder / "edges.parquet", run.EDGE_COLUMNS, made_by=made_by),
+            vehicles=read_table(folder / "vehicles.parquet", c.VEHICLE_COLUMNS, made_by=made_by),
+            edges=read_table(folder / "edges.parquet", c.EDGE_COLUMNS, made_by=made_by),
             scenario=read_toml(scenario, "scenario", ResultsError) if scenario.is_file() else {},
-            streets=read_table(streets, run.STREET_COLUMNS, made_by=made_by) if streets.is_file() else None,
-            flow=_where_there(folder / "flow.parquet", run.FLOW_COLUMNS, made_by),
-            loops=_where_there(folder / "loops.parquet", run.LOOP_COLUMNS, made_by),
+            streets=read_table(streets, c.STREET_COLUMNS, made_by=made_by) if streets.is_file() else None,
+            flow=_where_there(folder / "flow.parquet", c.FLOW_COLUMNS, made_by),
+            loops=_where_there(folder / "loops.parquet", c.LOOP_COLUMNS, made_by),
             folder=folder,
         )
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from loopgate.analysis.columns import INTERVAL
 from loopgate.analysis.monitoring import compute_revisit_intervals
 from loopgate.analysis.rows import LAP_GRID
 from loopgate.analysis.watching import compute_districts, compute_watch
@@ -25,6 +24,8 @@ from loopgate.results.columns import (
     EDGE_LENGTH,
     HEADWAY_CV,
     IDLENESS,
+    IF_EVEN,
+    INTERVAL,
     PLACE,
     SHAPE,
     STREET,
@@ -33,10 +34,10 @@ from loopgate.results.columns import (
     WEIGHTED_REVISIT,
     WITHIN,
     WORST_IDLENESS,
+    WORST_IF_EVEN,
     Event,
 )
 from loopgate.results.recorder import read_events
-from loopgate.results.row_columns import IF_EVEN, WORST_IF_EVEN
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.run_folder import EVENTS, Folder, Tally
 from loopgate.simulation.scenario import Scenario

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from loopgate.errors import SweepError
 from loopgate.reading import is_folder, refusing
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep.description import Point
 

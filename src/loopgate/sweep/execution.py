@@ -29,7 +29,7 @@ from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError, SweepError
 from loopgate.folders import FolderLock, remove_abandoned
 from loopgate.reading import as_path, of_kind
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import read_rows
 from loopgate.sweep.description import Point, Sweep

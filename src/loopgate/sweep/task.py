@@ -31,7 +31,7 @@ from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
 from loopgate.network.road import content_identity
 from loopgate.plugins import Plugins, in_file
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.sweep.description import Point, with_files
 from loopgate.sweep.files import PackedFile, unpack
 from loopgate.versions import versions

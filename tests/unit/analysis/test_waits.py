@@ -12,7 +12,7 @@ from loopgate.analysis.rows import run_row
 from loopgate.analysis.waits import wait_figures
 from loopgate.errors import AnalysisError
 from loopgate.results.columns import EDGE_COLUMNS
-from loopgate.results.summary_rows import summary_rows
+from loopgate.results.figures import summary_rows
 
 ROWS = [
     (5.0, "v2", "refuse", "c", "reserve"),

@@ -13,8 +13,8 @@ import pytest
 from loopgate.errors import ResultsError
 from loopgate.report.page import write_report
 from loopgate.results.columns import EDGE_COLUMNS, EVENT_COLUMNS, VEHICLE_COLUMNS
+from loopgate.results.figures import summary_rows
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.summary_rows import summary_rows
 from loopgate.runs.results import read_results
 from loopgate.runs.run import read_run
 from loopgate.sweep import Sweep, run_sweep

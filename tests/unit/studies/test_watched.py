@@ -7,7 +7,7 @@ import re
 import pandas as pd
 import watched
 
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 
 

@@ -19,7 +19,7 @@ from distributed import Client
 
 import loopgate
 from loopgate.errors import SweepError
-from loopgate.results.row_columns import VOLATILE_COLUMNS
+from loopgate.results.columns import VOLATILE_COLUMNS
 from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.cluster import dask_executor

@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from loopgate.errors import ResultsError
-from loopgate.results.row_columns import VOLATILE_COLUMNS
+from loopgate.results.columns import VOLATILE_COLUMNS
 from loopgate.runs.results import read_results
 from loopgate.sweep import Progress, Sweep, run_sweep
 from loopgate.sweep.execution import Store

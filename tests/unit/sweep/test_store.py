@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from loopgate.errors import ResultsError
-from loopgate.results import row_columns as c
+from loopgate.results import columns as c
 from loopgate.runs.results import read_results
 from loopgate.sweep import Sweep, run_sweep
 from loopgate.sweep.execution import Store
