@@ -96,7 +96,7 @@ def find_ways() -> dict[str, list[str]]:
     sys.setprofile(None)
     return {
         "from the command to the first vehicle": list(found.files["first vehicle"]),
-        "a step with a grant": list(min(found.steps, key=len)),
+        "a step with a grant": min(map(list, found.steps), key=len),
         "from the last step to the summary": list(found.files["summary"]),
         "from a run folder to its report": list(found.files["report"]),
     }

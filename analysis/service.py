@@ -31,7 +31,7 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.network import RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.demand.random_loops import random_loops
+from loopgate.simulation.demand.allotment import random_loops
 from loopgate.simulation.scenario import Scenario
 
 

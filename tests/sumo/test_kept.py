@@ -10,7 +10,7 @@ import pytest
 from loopgate.abstraction import queue_layout, segments
 from loopgate.cache import Cache
 from loopgate.network import road, routes_file
-from loopgate.simulation.demand import random_loops
+from loopgate.simulation.demand import allotment
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -21,7 +21,7 @@ NETWORKS = Path(__file__).parents[2] / "networks"
 
 def test_a_run_after_others_is_the_same_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Other gates, seeds and numbers of vehicles in between change nothing of what is shared."""
-    for module in (queue_layout, random_loops, road, routes_file, segments):
+    for module in (queue_layout, allotment, road, routes_file, segments):
         monkeypatch.setattr(module, "_KEPT", Cache(8))
     road_net = str(NETWORKS / "grid5-priority.net.xml")
 

@@ -11,7 +11,7 @@ import pytest
 from loopgate.network import RoadNetwork, write_loops
 from loopgate.simulation import assembly
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.demand.random_loops import random_loops
+from loopgate.simulation.demand.allotment import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 

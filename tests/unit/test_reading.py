@@ -12,7 +12,7 @@ from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.route_lanes import make_route
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.reading import is_file, is_plain, read_json, read_object, read_toml, refusing, shown
-from loopgate.simulation.demand.once import choose_gated
+from loopgate.simulation.demand.apart import choose_gated
 
 
 def test_whatever_is_raised_becomes_the_readers_error() -> None:

@@ -218,7 +218,7 @@ def _random_loops(wish: LoopsWish) -> None:
     from loopgate.network.cover.wishes import read_streets
     from loopgate.network.routes_text import routes_text
     from loopgate.network.vehicle_type import type_of_class
-    from loopgate.simulation.demand.random_loops import loops_for_queues
+    from loopgate.simulation.demand.allotment import loops_for_queues
 
     count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)
     kind = type_of_class(wish.vclass, "--vclass")

@@ -20,17 +20,16 @@ from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.reading import counted
-from loopgate.simulation.demand.allotment import give_loops
-from loopgate.simulation.demand.amount import check_number
-from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, sort_out
-from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
-from loopgate.simulation.demand.once import share_lanes
-from loopgate.simulation.demand.placing import (
+from loopgate.simulation.demand.allotment import (
+    check_number,
     departs_at_edge,
     departs_in_place,
+    give_loops,
+    random_loops,
     spread,
 )
-from loopgate.simulation.demand.random_loops import random_loops
+from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, share_lanes, sort_out
+from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import check_types, unforeseen

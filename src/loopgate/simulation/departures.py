@@ -1,11 +1,22 @@
 """Vehicles that depart during a run: wanted and real departure times, and figures of their arrivals."""
 
+from __future__ import annotations
+
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from loopgate.abstraction.itinerary import Track
+from loopgate.control.departures import WITHOUT_LIGHTS, Crowding
+from loopgate.control.departures import Departures as Rules
+from loopgate.control.diary import Diary
+from loopgate.control.driving import Driving
+from loopgate.control.places import Place
 from loopgate.control.start import VehicleStart
+from loopgate.gates.certified.crowding import SPARE, find_crowd
+from loopgate.network import RoadNetwork
+from loopgate.traffic.base import Traffic
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,3 +86,88 @@ class Departures:
             "mean_depart_delay_s": round(sum(delays) / len(delays), 3) if delays else 0.0,
             "max_depart_delay_s": round(max(delays, default=0.0), 3),
         }
+
+
+def limits_of(network: RoadNetwork, starts: Iterable[VehicleStart]) -> dict[str, float]:
+    """Return the speed limit of each place on the paths of vehicles, by name [m/s]."""
+    paths = {id(one.track.legs): one.track.legs for one in starts}.values()
+    lines = {leg.state: leg.line for path in paths for leg in path if not leg.away}
+    return {name: network.edges[line.edge].lanes[line.lane].speed_mps for name, line in lines.items()}
+
+
+class GatedDepartures(Departures):
+    """Wanted and real departure times of gated vehicles, and figures of the vehicles that have arrived.
+
+    Parameters
+    ----------
+    driving
+        Drives the vehicles that are there from the beginning.
+    slots
+        Number of slots of all places on the road.
+    admits
+        Returns whether the gate would admit a further vehicle. By default, condition (S) of
+        `loopgate.gates.certified.crowding` decides for vehicles on loops.
+    """
+
+    def __init__(
+        self,
+        departures: Sequence[VehicleStart],
+        network: RoadNetwork,
+        traffic: Traffic,
+        driving: Driving,
+        slots: int,
+        admits: Callable[[Track], bool] | None = None,
+        *,
+        crowding: Crowding = WITHOUT_LIGHTS,
+    ) -> None:
+        self._crowding = crowding
+        super().__init__(departures)
+        self._admits = admits or self._may_stay
+        self._traffic, self._driving = traffic, driving
+        self._due, self._slots = departures, slots
+        self._limits = limits_of(network, departures)
+        self._rules: Rules | None = None
+        self.departed_s = driving.arrivals.departed_s
+        driving.paths.lay([one.track for one in self._due])
+        once = {id(one.track.legs): one.track for one in self._due if one.track.legs[-1].away}
+        self._passing = [driving.paths.of(track) for track in once.values()]
+        driving.on_leaving = self._leaves
+
+    @property
+    def over(self) -> bool:
+        """Whether all vehicles have departed and arrived."""
+        return len(self.departed_s) == len(self._due) and not self._driving.ledger.vehicles
+
+    def look(self) -> None:
+        """Let vehicles depart that are due and may."""
+        if self._rules is None:  # by now the vehicles of the beginning are on the road
+            rules = self._traffic, self._driving, self._due, self._slots, self._limits
+            self._rules = Rules(*rules, admits=self._admits, crowding=self._crowding)
+        self._rules.look()
+
+    def _may_stay(self, track: Track) -> bool:
+        """Return whether all vehicles, later trips too, can go on for ever with one more on a loop."""
+        driving = self._driving
+        if track.legs[-1].away:
+            return True
+        coming = [one for one in (*driving.arrivals.coming, track) if not one.legs[-1].away]
+        number: dict[Place, int] = {}
+        loops, passing = (
+            [[number.setdefault(leg.place, len(number)) for leg in path] for path in paths]
+            for paths in ([*driving.rounds, *map(driving.paths.of, coming)], self._passing)
+        )
+        return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
+
+    def _leaves(self, diary: Diary, _why: str) -> None:
+        """Store the figures of a vehicle that has arrived."""
+        now_s, vehicle = self._traffic.now_s, diary.vehicle
+        self.arrived[vehicle.name] = Arrived(
+            now_s,
+            diary.distance_m,
+            diary.total_hold_s(now_s),
+            diary.stood_s,
+            diary.longest_stood_s,
+            diary.worst_wait_s(now_s),
+            self._driving.fronts.odometer(vehicle.row),
+            vehicle.make.top,
+        )

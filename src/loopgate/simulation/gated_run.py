@@ -24,19 +24,16 @@ from loopgate.gates import Gate
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.asked_gate import AskedGate, Deciding
+from loopgate.simulation.asked_gate import NEVER_FULL, AskedGate, Deciding, JoinedGate
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
-from loopgate.simulation.departures import Departures
+from loopgate.simulation.departures import Departures, GatedDepartures
 from loopgate.simulation.drive import Drive
-from loopgate.simulation.figures import Reports, StopFigures
-from loopgate.simulation.gated_departures import GatedDepartures
-from loopgate.simulation.joined_gate import NEVER_FULL, JoinedGate
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.session import Session
+from loopgate.simulation.session import Reports, Session, StopFigures
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.traffic.base import Traffic

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -12,11 +12,27 @@ from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.watching.collisions import Collisions
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.starving import Sink
 from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
-from loopgate.traffic.base import Traffic
+from loopgate.traffic.base import Collision, Traffic
+
+
+class Collisions:
+    """Finds new collisions among all collisions that SUMO reports."""
+
+    def __init__(self) -> None:
+        self._under_way: set[tuple[str, str]] = set()
+
+    def __bool__(self) -> bool:
+        """Return whether a collision lasted in the last step."""
+        return bool(self._under_way)
+
+    def begun(self, reported: Iterable[Collision]) -> list[Collision]:
+        """Return the collisions that began in the last step."""
+        before, now = self._under_way, {(one.collider, one.victim): one for one in reported}
+        self._under_way = set(now)
+        return [one for pair, one in now.items() if pair not in before and pair[::-1] not in before]
 
 
 @dataclass(slots=True)

@@ -23,9 +23,8 @@ from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.disk_guard import DiskGuard
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary
-from loopgate.simulation.sumo.start import TRIPS, output_options, plain_options, start_traffic
+from loopgate.simulation.sumo.start import TRIPS, DiskGuard, output_options, plain_options, start_traffic
 from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table, with_last_parts

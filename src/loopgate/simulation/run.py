@@ -31,10 +31,10 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
-from loopgate.simulation.sumo.disk_guard import DiskGuard
+from loopgate.simulation.sumo.devices import refuse_what_leads_off
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
-from loopgate.simulation.sumo.leading_off import refuse_what_leads_off
 from loopgate.simulation.sumo.start import (
+    DiskGuard,
     check_backend,
     check_outputs,
     output_options,
@@ -44,8 +44,7 @@ from loopgate.simulation.sumo.start import (
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.ungated_run import open_ungated
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
-from loopgate.simulation.watching.flow import FlowMeter
-from loopgate.simulation.watching.fronts import FrontRecorder
+from loopgate.simulation.watching.flow import FlowMeter, FrontRecorder
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.window import Window

@@ -1,28 +1,32 @@
 """A simulation under way: its parts, and its results at the end."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
-from typing import Any
+from typing import Any, Protocol
 
+from loopgate.audit import audit_events, audit_positions, read_layout
+from loopgate.audit.layout import LoopLeg
+from loopgate.control.driving import Driving
 from loopgate.disk import writing
+from loopgate.gates import Reason
+from loopgate.model import Robot, RobotId, StateId
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
-from loopgate.reading import counted
+from loopgate.reading import counted, listed
 from loopgate.results.columns import BEGINS, Event
-from loopgate.results.recorder import Recorder, read_events
+from loopgate.results.recorder import Recorder, read_event_pieces, read_events
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly
-from loopgate.simulation.checking import audit_run
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Arrived, Departures
 from loopgate.simulation.drive import Drive
-from loopgate.simulation.figures import Reports, StopFigures
 from loopgate.simulation.loop_run import RunCourse
-from loopgate.simulation.monitoring import monitoring_figures, shape_text, write_streets
+from loopgate.simulation.monitoring import monitoring_figures, note_unwatched, shape_text, write_streets
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.run_folder import Folder, Tally
-from loopgate.simulation.run_warnings import is_clean, warnings_of
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
@@ -34,9 +38,169 @@ from loopgate.simulation.watching.trips import (
     trip_figures,
     write_depart_delays,
 )
-from loopgate.simulation.watching.unwatched import note_unwatched
 from loopgate.simulation.ways_round import TurnOff
 from loopgate.traffic.base import Traffic
+
+_ALWAYS = ("places", "capacities", "progress", "entries")
+"""Checks that need only the events of a gated run."""
+
+
+def audit_run(
+    scenario: Scenario,
+    assembly: Assembly,
+    tallies: Sequence[Tally],
+    folder: Folder,
+    departed: Container[str],
+    turned: Collection[str] = (),
+) -> tuple[list[str], dict[str, Any]]:
+    """Audit a run from its folder; return the findings, and figures for ``summary.json``.
+
+    Where positions were recorded, bodies and crossings are checked too. `departed`: the vehicles that
+    departed during the run. `turned`: the vehicles that changed to another path.
+    """
+    abstraction = assembly.abstraction
+    if abstraction is None:
+        return [], {}
+    trace = folder / run_folder.EVENTS
+    laps = {tally.vehicle: tally.laps for tally in tallies}
+    layout = read_layout(folder / run_folder.LAYOUT)
+    ways = {vehicle: layout.loops[body.loop].legs for vehicle, body in layout.vehicles.items()}
+    joined = [
+        Robot(
+            RobotId(one.vehicle),
+            tuple(StateId(leg.state) for leg in ways[one.vehicle]),
+            closed=one.loop.closed and one.vehicle not in turned,
+            start=one.track.position,
+        )
+        for one in assembly.departures
+        if one.track.legs and one.vehicle in departed
+    ]
+    joined += _turned(assembly, ways, turned)
+    laps = {vehicle: count for vehicle, count in laps.items() if vehicle not in turned}
+    room = abstraction.room if joined else {}
+    found = audit_events(read_event_pieces(trace), abstraction.system, laps=laps, joined=joined, room=room)
+    findings = [finding.text for finding in found]
+    figures: dict[str, Any] = {"audited": list(_ALWAYS)}
+    if scenario.positions:
+        seen = audit_positions(folder / run_folder.POSITIONS, layout, read_event_pieces(trace))
+        findings += [finding.text for finding in seen.findings]
+        figures = {"audited": [*_ALWAYS, "crossings", "bodies"], "positions": seen.figures}
+    return findings, figures
+
+
+def _turned(
+    assembly: Assembly, ways: Mapping[str, Sequence[LoopLeg]], turned: Collection[str]
+) -> list[Robot]:
+    """Return each vehicle that left its loop for another, with all that it drove as one open path."""
+    return [
+        Robot(
+            RobotId(start.vehicle),
+            tuple(StateId(leg.state) for leg in ways[start.vehicle]),
+            closed=False,
+            start=start.track.position,
+        )
+        for start in assembly.starts
+        if start.vehicle in turned and start.loop.closed
+    ]
+
+
+_MOST_SINKS = 5
+
+
+def is_clean(summary: Mapping[str, Any]) -> bool:
+    """Return whether a gated run had no collision, overrun or trespass, and no finding of the audit."""
+    counted = (summary[name] for name in ("collisions", "overruns", "trespasses"))
+    return summary["audit"] == "clean" and not any(counted)
+
+
+def _starved(sink: Mapping[str, Any], promise: str) -> str:
+    """Say which vehicle stood, why, when, and how many vehicles starved behind it."""
+    others = [vehicle for vehicle in sink["vehicles"] if vehicle != sink["behind"]]
+    time = f"from {sink['noticed_s']:g} s to {sink['until_s']:g} s"
+    time += f", when the promise that {promise} can go on did not hold" if promise else ""
+    if not sink["behind"]:
+        return f"{counted(len(others), 'vehicle')} starved at gates ({sink['why']}): {time}"
+    stood = f"{sink['behind']} stood on lane {sink['lane']} ({sink['why']})"
+    behind = f", and {counted(len(others), 'vehicle')} starved behind it" if others else ""
+    return f"{stood}{behind}: {time}"
+
+
+def warnings_of(summary: Mapping[str, Any]) -> list[str]:
+    """Return warnings about vehicles that broke a refusal, strayed or starved."""
+    lines = []
+    if summary["overruns"]:
+        lines.append(
+            f"{summary['overruns']} held vehicles could not brake for their line, or did not, and were "
+            "stopped as hard as possible: the events 'overrun' name them and the places"
+        )
+    if summary["trespasses"]:
+        lines.append(
+            f"{summary['trespasses']} vehicles entered a state without a grant: the events "
+            "'enter' with the reason 'not granted' name them and the places"
+        )
+    if summary["strays"]:
+        lines.append(
+            f"SUMO took {summary['strays']} vehicles to a lane outside their loop; they were led back: "
+            "the events 'stray' name them and the places"
+        )
+    sinks = sorted(summary["starving"], key=lambda sink: -len(sink["vehicles"]))
+    lines += [_starved(sink, summary["promise"]) for sink in sinks[:_MOST_SINKS]]
+    if len(sinks) > _MOST_SINKS:
+        lines.append(f"vehicles starved at {len(sinks) - _MOST_SINKS} more places: the summary lists all")
+    if no_way := summary.get("standing", {}).get("no_way_round"):
+        lines.append(
+            f"vehicles on {listed(no_way)} had no way round what stood, or must stop on their loop: "
+            "they waited before it"
+        )
+    if faults := summary["refusals"].get(Reason.FAULT.value):
+        lines.append(
+            f"{faults} moves were refused because the witness failed the gate's own check; this is a "
+            "fault of loopgate: please report it with the scenario"
+        )
+    return lines
+
+
+@dataclass(frozen=True, slots=True)
+class Made:
+    """How many stops a vehicle has made, and for how long it stood at them [s]."""
+
+    served: int = 0
+    stood_s: float = 0.0
+
+
+class Reports(Protocol):
+    """A part of a run that reports figures at the end."""
+
+    def report(self) -> Mapping[str, Any]:
+        """Return figures for ``summary.json``."""
+
+
+class StopFigures:
+    """Figures of the stops that vehicles make in a run."""
+
+    def __init__(self, driving: Driving) -> None:
+        self._stops, self._parking = driving.stops, driving.parking
+
+    def of(self, vehicle: str) -> Made:
+        """Return the figures of the stops of a vehicle."""
+        return Made(*self._stops.made.get(vehicle, (0, 0.0)))
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of stops for ``summary.json``."""
+        stops, parking = self._stops, self._parking
+        if not stops:
+            return {}
+        return {
+            "stops": {
+                "served": stops.served,
+                "missed": stops.missed,
+                "stopped_s": round(sum(stood_s for _, stood_s in stops.made.values()), 3),
+                "under_way": sum(1 for _ in stops.made_now()),
+                "late_back_s": round(parking.late_s, 3),
+                "longest_late_back_s": round(parking.latest_s, 3),
+            }
+        }
+
 
 _ON_SEGMENTS = (
     "lights: on segments no state ends at a light, so a vehicle holds its zone while it waits there at a red"

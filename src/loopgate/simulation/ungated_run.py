@@ -12,17 +12,16 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.start import VehicleStart
 from loopgate.model import StateId
 from loopgate.results.recorder import Recorder
+from loopgate.simulation.asked_gate import NEVER_FULL
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures
 from loopgate.simulation.drive import Drive
-from loopgate.simulation.figures import StopFigures
 from loopgate.simulation.gated_run import spacing_of
-from loopgate.simulation.joined_gate import NEVER_FULL
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.session import Session
+from loopgate.simulation.session import Session, StopFigures
 from loopgate.traffic.base import Traffic
 
 

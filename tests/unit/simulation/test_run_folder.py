@@ -7,7 +7,7 @@ from limits import no_file_beyond
 
 from loopgate.errors import ResultsError, ScenarioError
 from loopgate.simulation.run_folder import Folder, Tally
-from loopgate.simulation.sumo.disk_guard import DiskGuard
+from loopgate.simulation.sumo.start import DiskGuard
 
 TALLY = Tally("v", "l", 100.0, 1, 100.0, 0.0, 0.0, 0.0)
 

@@ -21,10 +21,9 @@ from loopgate.model import System
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import RoadNetwork
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.asked_gate import Deciding
+from loopgate.simulation.asked_gate import Deciding, start_with
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.drive import Drive
-from loopgate.simulation.joined_gate import start_with
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.scenario import SERVE_AFTER_S
 from loopgate.simulation.surroundings.laid_roads import LaidRoads

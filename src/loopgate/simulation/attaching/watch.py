@@ -10,8 +10,8 @@ from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
+from loopgate.simulation.loop_run import Collisions
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
-from loopgate.simulation.watching.collisions import Collisions
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.traffic.base import Traffic

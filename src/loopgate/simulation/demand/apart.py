@@ -3,25 +3,224 @@
 A trip that no gate can drive becomes ordinary traffic. A vehicle on a loop that no gate can drive is refused.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
+from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops
-from loopgate.errors import NobodyGatedError, ScenarioError
-from loopgate.network import RoadNetwork, VehicleDemand
-from loopgate.network.stops import Stop
+from loopgate.errors import NobodyGatedError, Refusal, RefusedLoopError, RouteError, ScenarioError
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
+from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
+from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.trips import ways_between
 from loopgate.network.ungated import UngatedFleet
 from loopgate.network.vehicle_demand import RoutesFile
-from loopgate.simulation.demand.allotment import evenly_round
-from loopgate.simulation.demand.once import choose_gated, fit_in, left_out
-from loopgate.simulation.demand.placing import by_departure
+from loopgate.reading import counted, is_file, read_words, refusing, shown
+from loopgate.simulation.demand.allotment import by_departure, evenly_round
+from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import why_unsafe
-from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew
-from loopgate.simulation.sumo.leading_off import led_off
+from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew, led_off
+
+_MOST_SHOWN = 5
+
+
+def choose_gated(
+    scenario: Scenario, vehicles: Sequence[VehicleDemand]
+) -> tuple[list[VehicleDemand], list[VehicleDemand]]:
+    """Return the gated and the ordinary vehicles; a vehicle on a loop is always gated.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario names neither a type of these vehicles nor a file with names of them.
+    """
+    who = scenario.rule_for_gated
+    once = [v for v in vehicles if not v.loop.closed]
+    if who == "all" or not once:
+        return list(vehicles), []
+    names: Collection[str] = ()
+    if who != "loops":
+        names = {v.id for v in once if type_name(v.type) == who} or _named(who, once)
+    mine = [v for v in vehicles if v.loop.closed or v.id in names]
+    gated = {v.id for v in mine}
+    return mine, [v for v in once if v.id not in gated]
+
+
+def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
+    kinds = list(dict.fromkeys(type_name(v.type) for v in vehicles))
+    if not is_file(who):
+        listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
+        msg = (
+            f"gated: {shown(who)} is neither all nor loops, nor a type of the vehicles that drive once "
+            f"({listed}), nor a file with their names"
+        )
+        raise ScenarioError(msg)
+    with refusing(Path(who), "file of names", ScenarioError):
+        lines = read_words(who).splitlines()
+    known = {v.id for v in vehicles}
+    asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
+    unknown = [name for name in asked if name not in known]
+    if unknown or not asked:
+        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it has no names"
+        msg = f"gated: {who}: {what}; expected one name in each line"
+        raise ScenarioError(msg)
+    return asked
+
+
+def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
+    """Choose lanes for trips so that parallel lanes share the traffic, in order of departure.
+
+    Each trip gets its lanes twice; the second time, the lanes of all other trips are known. Vehicles over the
+    same lanes share one path.
+    """
+    load: Counter[str] = Counter()
+    led = {v.id: v.loop for v in vehicles if not v.loop.closed}
+    used: dict[str, tuple[str, ...]] = {}
+    alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
+    choices = RouteChoices(network)
+    for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
+        kind, said = vehicle.type, vehicle.attributes
+        edges = vehicle.loop.edges
+        load.subtract(used.get(vehicle.id, ()))
+        way = alone.get((edges, kind.vclass)) or choices.make(
+            vehicle.loop.id,
+            edges,
+            vclass=kind.vclass,
+            load=load,
+            change_m=least_change_m(kind.needed_m),
+            wishes=LaneWishes(
+                _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
+            ),
+        )
+        if all(len(network.edges[edge].lanes) == 1 for edge in edges):
+            alone[edges, kind.vclass] = way
+        led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
+        load.update(used[vehicle.id])
+    ways: dict[tuple[object, ...], Loop] = {}
+    found = {vehicle.id: vehicle for vehicle in vehicles}
+    for name, way in led.items():
+        key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
+        found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
+    return list(found.values())
+
+
+def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
+    """Return a vehicle that drives its edges on other lanes."""
+    begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
+    depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
+    return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
+
+
+def _counted(way: Loop) -> Iterator[str]:
+    """Yield what a vehicle loads: its lanes, and its movements from them."""
+    for span in way.roads:
+        yield span.lane_id
+    for span, after in pairwise(way.roads):
+        yield f"{span.lane_id}>{after.edge}"
+
+
+def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
+    """Return a nameless vehicle on each further path between the ends of trips that may be rerouted.
+
+    The path begins on the lane on which the trip begins.
+    """
+    asked = {v.id: (v.loop.edges[0], v.loop.edges[-1], v.type.vclass) for v in vehicles}
+    ways = ways_between(network, list(dict.fromkeys(asked.values())))
+    known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
+    found: list[VehicleDemand] = []
+    for v in vehicles:
+        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.needed_m)
+        for edges in ways[asked[v.id]]:
+            if (edges, lane, v.type) in known:
+                continue
+            known.add((edges, lane, v.type))
+            with suppress(RouteError):  # no lanes lead there
+                name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
+                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
+                found.append(VehicleDemand("", way, v.type))
+    return found
+
+
+def _index(text: str | None) -> int | None:
+    return int(text) if text and text.isdecimal() else None
+
+
+def fit_in(
+    network: RoadNetwork, vehicles: Sequence[VehicleDemand], led: Collection[str]
+) -> tuple[dict[str, list[VehicleDemand]], list[VehicleDemand]]:
+    """Return the trips that cannot be gated, by reason, and the other paths that can be used.
+
+    Parameters
+    ----------
+    vehicles
+        All vehicles that shall be gated.
+    led
+        Names of the trips that may be rerouted.
+    """
+    closed, once = ([v for v in vehicles if v.loop.closed is closes] for closes in (True, False))
+    others = _find_other_ways(network, [v for v in once if v.id in led])
+    found = find_unfit(network, closed, [*once, *others])
+    no_way = {(v.loop.id, v.type) for some in found.values() for v in some}
+    unfit = {why: those for why, some in found.items() if (those := [v for v in some if v.id])}
+    return unfit, [v for v in others if (v.loop.id, v.type) not in no_way]
+
+
+def left_out(unfit: Mapping[str, Sequence[VehicleDemand]]) -> Iterator[str]:
+    """Yield a warning for each reason why vehicles cannot be gated."""
+    for reason, some in unfit.items():
+        count, first = len(some), some[0]
+        yield (
+            f"{counted(count, 'vehicle')} in ordinary traffic, first {first.id}: "
+            f"its way from {first.loop.edges[0]} to {first.loop.edges[-1]} {reason}"
+        )
+
+
+def find_unfit(
+    network: RoadNetwork, staying: Sequence[VehicleDemand], asked: Sequence[VehicleDemand]
+) -> dict[str, list[VehicleDemand]]:
+    """Return, by reason, the vehicles of `asked` whose paths cannot be cut into queues with all others.
+
+    Raises
+    ------
+    RefusedLoopError
+        If the loop of a vehicle of `staying` cannot be cut.
+    """
+    unfit: dict[str, list[VehicleDemand]] = {}
+    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
+    edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
+    lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
+    near = {
+        width_m: narrow_lanes(network, lanes, reach_m=reach_m((width_m,)))
+        for width_m in dict.fromkeys(kind.width_m for _, kind in alone)
+    }
+    for loop, kind in alone:  # first, since it is quick: vehicles that are too long make the rest slow
+        alone[loop, kind] = why_not(network, loop, kind, near[kind.width_m])
+    for v in asked:
+        if refusal := alone[v.loop, v.type]:
+            unfit.setdefault(refusal.reason, []).append(v)
+    fit = [v for v in asked if not alone[v.loop, v.type]]
+    while fit:
+        try:
+            lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
+        except RefusedLoopError as error:
+            refused: Mapping[str, Refusal] = error.refused
+            if any(v.loop.id in refused for v in staying):
+                raise
+            for vehicle in fit:
+                if vehicle.loop.id in refused:
+                    unfit.setdefault(refused[vehicle.loop.id].reason, []).append(vehicle)
+            fit = [v for v in fit if v.loop.id not in refused]
+        else:
+            break
+    return unfit
 
 
 @dataclass(slots=True)

@@ -16,7 +16,7 @@ from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
 from loopgate.network.incidents import Incidents
 from loopgate.network.stops import Stop
 from loopgate.reading import counted, listed
-from loopgate.simulation.demand.once import find_unfit
+from loopgate.simulation.demand.apart import find_unfit
 
 if TYPE_CHECKING:
     import networkx as nx

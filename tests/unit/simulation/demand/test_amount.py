@@ -15,7 +15,7 @@ from loopgate.errors import LoopgateError, RouteError, ScenarioError
 from loopgate.network.traffic_file import MOST_OF_SUMO, check_flows, flows_in, read_traffic
 from loopgate.network.vehicle_demand import Flow
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.demand.amount import MOST_VEHICLES
+from loopgate.simulation.demand.allotment import MOST_VEHICLES
 
 GRID = "networks/grid5-priority.net.xml"
 ROUND = '<route edges="A0A1 A1B1 B1B0 B0A0"/>'

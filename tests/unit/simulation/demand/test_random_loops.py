@@ -9,8 +9,8 @@ from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.demand import random_loops as module
-from loopgate.simulation.demand.random_loops import loops_for_queues, random_loops
+from loopgate.simulation.demand import allotment as module
+from loopgate.simulation.demand.allotment import loops_for_queues, random_loops
 from loopgate.simulation.scenario import Scenario
 
 ALL_M = (100.0, 5000.0)

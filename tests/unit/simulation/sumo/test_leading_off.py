@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.simulation.sumo.leading_off import led_off, refuse_what_leads_off
+from loopgate.simulation.sumo.devices import led_off, refuse_what_leads_off
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 

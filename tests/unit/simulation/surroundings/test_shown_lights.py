@@ -9,7 +9,7 @@ from roads import polygon
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.model import StateId
-from loopgate.simulation.surroundings.lights import ShownLights, longest_closed_s
+from loopgate.simulation.surroundings.obeyed import ShownLights, longest_closed_s
 from loopgate.traffic.base import Phase, Program
 
 CROSS = (Phase("Gr", 20.0, 1), Phase("yr", 3.0, 2), Phase("rG", 30.0, 3), Phase("ry", 3.0, 0))

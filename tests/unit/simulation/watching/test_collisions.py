@@ -1,6 +1,6 @@
 """A collision counts once, however long it lasts."""
 
-from loopgate.simulation.watching.collisions import Collisions
+from loopgate.simulation.loop_run import Collisions
 from loopgate.traffic.base import Collision
 
 

@@ -11,8 +11,8 @@ from limits import no_file_beyond
 
 from loopgate.errors import ResultsError
 from loopgate.results.columns import FRONT, TIME, VEHICLE
-from loopgate.simulation.watching import fronts
-from loopgate.simulation.watching.fronts import FrontRecorder
+from loopgate.simulation.watching import flow
+from loopgate.simulation.watching.flow import FrontRecorder
 
 
 class Driven(SimpleNamespace):
@@ -36,7 +36,7 @@ def recorder(file: Path, driven: Any) -> FrontRecorder:  # noqa: ANN401  stands 
 @pytest.mark.parametrize("batch", [1, 5, 1000])
 def test_one_row_per_vehicle_and_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, batch: int) -> None:
     """In tenths of a metre, whether it is written step by step, in pieces or at once."""
-    monkeypatch.setattr(fronts, "_BATCH", batch)
+    monkeypatch.setattr(flow, "_BATCH", batch)
     driven = Driven("a", "b")
     made = recorder(tmp_path / "fronts.parquet", driven)
     for _ in range(4):
@@ -79,7 +79,7 @@ def test_a_run_that_ends_at_once_leaves_an_empty_table(tmp_path: Path) -> None:
 
 def test_up_to_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line that names the file; what was written before can be read."""
-    monkeypatch.setattr(fronts, "_BATCH", 5000)
+    monkeypatch.setattr(flow, "_BATCH", 5000)
     driven, rng = Driven(*map(str, range(50))), np.random.default_rng(1)
     made = recorder(tmp_path / "fronts.parquet", driven)
 

@@ -8,7 +8,7 @@ from typing import Any, cast
 import pandas as pd
 
 from loopgate.analysis import compute_blocked
-from loopgate.simulation.watching.unwatched import note_unwatched
+from loopgate.simulation.monitoring import note_unwatched
 
 
 def test_streets_of_loops_through_a_blocked_place_are_named_with_since_when() -> None:
