@@ -313,3 +313,20 @@ def test_what_is_blocked_has_to_be_known(gate: loopgate.Attached) -> None:
         gate.block("v1", "C2C11")
     with pytest.raises(ScenarioError, match="v1: it is not blocked"):
         gate.free("v1")
+
+
+def test_a_stop_of_the_owner_at_the_line_does_not_end_the_hold_there(gate: loopgate.Attached) -> None:
+    """SUMO makes one stop of two so near to each other; the gate's stays, behind the owner's."""
+    made = 0
+    for _ in range(200):
+        for vehicle in gate.vehicles:
+            edge = get.getRoadID(vehicle)
+            length_m = 0.0 if edge.startswith(":") else libsumo.lane.getLength(f"{edge}_0")
+            mine = [stop for stop in get.getStops(vehicle) if stop.duration <= 3.0]
+            if get.getLanePosition(vehicle) < length_m - 40.0 and not mine:
+                get.setStop(vehicle, edge, length_m - 0.15 * (made % 5), 0, duration=3)
+                made += 1
+        steps(gate, 1)
+    steps(gate, 20)
+    assert made > 30
+    assert figures(gate) == [0] * len(CLEAN)

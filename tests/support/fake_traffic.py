@@ -205,6 +205,10 @@ class FakeTraffic:
         self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m) + self.misses_by_m
         return True
 
+    def lost_hold(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """Nobody takes a hold away."""
+        return False
+
     def release(self, vehicle: str) -> None:
         """Let it go."""
         self.releases.append((self.now_s, vehicle))

@@ -175,6 +175,8 @@ class Track:
         Whether loopgate renews the route of a loop, because SUMO does not.
     foreseen
         Whether the time at which the vehicle clears a crossing can be predicted.
+    brakes_late
+        Whether the vehicle's car-following model may brake later than SUMO's default.
     """
 
     vehicle: str
@@ -189,6 +191,7 @@ class Track:
     keeps_lane: bool = False
     renews: bool = False
     foreseen: bool = True
+    brakes_late: bool = False
 
     @property
     def front_m(self) -> float:

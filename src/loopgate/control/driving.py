@@ -132,6 +132,7 @@ class Driving:
                 like.min_gap_m,
                 # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
                 foreseen=track.foreseen and not traffic.gives_way,
+                brakes_late=track.brakes_late,
             )
             vehicle = self.ledger.take_in(
                 track.vehicle, self.paths.of(track), track.position, make, track.lap_m, beyond, number
@@ -337,6 +338,11 @@ class Driving:
         """Return the name of the next place of a vehicle; an empty text where its path ends."""
         wanted = vehicle.wanted()
         return wanted.name if wanted else ""
+
+    def keep_hold(self, vehicle: Vehicle) -> None:
+        """Hold a vehicle again whose owner has taken its hold away."""
+        if vehicle.held and self._traffic.lost_hold(vehicle.name):
+            self._hold(vehicle)
 
     def _hold(self, vehicle: Vehicle) -> None:
         line = self.diaries[vehicle.row].drawn(vehicle.granted).line

@@ -195,7 +195,9 @@ class Holdings:
         first = vehicle.leg.place.line[0]
         if first is vehicle:
             self.ask(vehicle)
-        elif not vehicle.held and not (first.held and first.halted and not first.beside):
+        elif not vehicle.held and not (
+            first.held and first.halted and not first.beside and not vehicle.make.brakes_late
+        ):
             # It would ask only after the first vehicle does, too late to stop at its stop line.
             self.log.append((BRAKES, vehicle, vehicle.leg.place, "", ""))
 

@@ -12,6 +12,9 @@ from loopgate.control.roads import Lookout, Stretch
 MARGIN_M: Final = 1.0
 """A vehicle asks when its stop line is nearer than its braking distance plus this margin [m]."""
 
+_REACTION_S: Final = 0.5
+"""Drivers who brake late may need this long to change from accelerating to braking [s]."""
+
 TOLERANCE_M: Final = 0.5
 """A front up to this far beyond its stop line does not count as beyond it [m]."""
 
@@ -209,9 +212,10 @@ class Make:
 
     `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `gap_m`: its gap to a vehicle ahead
     when it stands [m]. `foreseen`: whether the time at which it clears a crossing can be predicted.
+    `brakes_late`: whether its driver may brake later than SUMO's default.
     """
 
-    __slots__ = ("accel", "decel", "foreseen", "gap_m", "haste", "length_m", "top")
+    __slots__ = ("accel", "brakes_late", "decel", "foreseen", "gap_m", "haste", "length_m", "top")
 
     def __init__(
         self,
@@ -223,7 +227,9 @@ class Make:
         gap_m: float = 2.5,
         *,
         foreseen: bool = True,
+        brakes_late: bool = False,
     ) -> None:
+        self.brakes_late: Final = brakes_late
         self.foreseen: Final = foreseen
         self.gap_m: Final = gap_m
         self.length_m: Final = length_m
@@ -234,9 +240,8 @@ class Make:
 
     def with_top(self, top: float) -> Make:
         """Return the same properties with another top speed [m/s]."""
-        return Make(
-            self.length_m, self.accel, self.decel, top, self.haste, self.gap_m, foreseen=self.foreseen
-        )
+        now = self.length_m, self.accel, self.decel, top, self.haste, self.gap_m
+        return Make(*now, foreseen=self.foreseen, brakes_late=self.brakes_late)
 
 
 POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)
@@ -396,4 +401,5 @@ class Vehicle:
         """Return whether the next step could take it beyond the point where it must brake."""
         make = self.make
         fast = min(make.top, self.speed + make.accel * step_s)
-        return self.line_m - self.front_m < fast * step_s + braking_m(fast, make.decel, step_s) + MARGIN_M
+        within_s = max(step_s, _REACTION_S) if make.brakes_late else step_s
+        return self.line_m - self.front_m < fast * within_s + braking_m(fast, make.decel, step_s) + MARGIN_M

@@ -32,7 +32,7 @@ from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, share_la
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import check_types, unforeseen
+from loopgate.simulation.settings import brakes_late, check_types, highest_limits, unforeseen
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
 from loopgate.simulation.sumo_options import begins_s
 
@@ -291,15 +291,16 @@ class _Tracks:
 
     def __init__(self, network: RoadNetwork, peculiar: Container[str], *, renews: bool) -> None:
         self._network, self._peculiar, self._renews = network, peculiar, renews
-        self._made: dict[tuple[str, bool, bool], Track] = {}
+        self._made: dict[tuple[str, bool, bool, bool], Track] = {}
 
     def on(self, vehicle: VehicleDemand, way: Itinerary) -> Track:
         """Return the path of a vehicle over states, from the beginning of its loop."""
         foreseen = vehicle.type.id not in self._peculiar
-        key = way.loop.id, bool(way.legs), foreseen
+        late = brakes_late(vehicle.type)
+        key = way.loop.id, bool(way.legs), foreseen, late
         if key not in self._made:
             track = make_track(self._network, way)
-            self._made[key] = replace(track, foreseen=foreseen, renews=self._renews)
+            self._made[key] = replace(track, foreseen=foreseen, brakes_late=late, renews=self._renews)
         return self._made[key]
 
 
@@ -349,11 +350,12 @@ def _wishes(scenario: Scenario, network: RoadNetwork, classes: Sequence[str]) ->
 
 def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> dict[str, str]:
     """Refuse types that no gate can drive; return, by name, the types that cannot be foreseen and why."""
-    kinds = [vehicle.type for vehicle in vehicles]
-    check_types(kinds, step_s=scenario.step_s, source=scenario.routes or scenario.network)
+    users = [(vehicle.loop, vehicle.type) for vehicle in vehicles]
+    limits = highest_limits(network, users)
+    check_types(limits, step_s=scenario.step_s, source=scenario.routes or scenario.network)
     if scenario.abstraction != "queues":
         return {}  # on segments there are no crossings to clear
-    return unforeseen(network, [(vehicle.loop, vehicle.type) for vehicle in vehicles])
+    return unforeseen(network, users)
 
 
 def _abstraction(

@@ -97,5 +97,5 @@ class Leading:
         before = one.make
         now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste, can.min_gap_m)
         if now != (before.length_m, before.accel, before.decel, before.top, before.haste, before.gap_m):
-            one.make = Make(*now, foreseen=before.foreseen)
+            one.make = Make(*now, foreseen=before.foreseen, brakes_late=before.brakes_late)
             self._ledger.consider(one)  # the vehicle may have to ask sooner

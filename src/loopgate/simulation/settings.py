@@ -4,12 +4,14 @@
 """
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from math import inf
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.clock import seconds
 from loopgate.network.vehicle_type import VehicleType
+from loopgate.simulation.braking_trial import why_overruns
 
 _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
     "carFollowModel",
@@ -35,6 +37,9 @@ _UNFORESEEN = ("IDM", "IDMM", "EIDM", "ACC", "Wiedemann", "BKerner")
 
 _SUMO = {_TAU: 1.0, "accel": 2.6, "sigma": 0.5, "speedFactor": 1.0, "speedDev": 0.1}
 """SUMO's defaults for a passenger car."""
+
+_DECEL_MPS2 = 4.5
+"""SUMO's default deceleration of a passenger car [m/s2]."""
 
 _LEAST_GAP_M = 0.5
 _MOST_DAWDLING_MPS2 = 1.75
@@ -110,13 +115,13 @@ def _is_at_most(value: str, most: float) -> bool:
         return False
 
 
-def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> None:
-    """Refuse vehicle types whose drivers keep smaller gaps than a gate needs.
+def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, source: str) -> None:
+    """Refuse vehicle types whose drivers keep smaller gaps than a gate needs, or do not stop where told.
 
     Parameters
     ----------
     kinds
-        Types of the vehicles under the gate.
+        Types of the vehicles under the gate, each with the highest speed limit on their ways [m/s].
     step_s
         Length of a simulation step [s].
     source
@@ -127,15 +132,31 @@ def check_types(kinds: Iterable[VehicleType], *, step_s: float, source: str) -> 
     ScenarioError
         If measurements have not shown a type to be safe; the text names type, attribute and way out.
     """
-    for kind in {kind.id: kind for kind in kinds}.values():
-        reason = why_unsafe(kind, step_s)
+    for kind, limit_mps in {kind.id: (kind, limit_mps) for kind, limit_mps in kinds.items()}.values():
+        reason = why_unsafe(kind, step_s, limit_mps)
         if reason:
             msg = f"{source}: vType {kind.id}: {reason}, or --gate open"
             raise ScenarioError(msg)
 
 
-def why_unsafe(kind: VehicleType, step_s: float) -> str:
-    """Return why no gate can drive a vehicle type, with advice; empty if it can."""
+def brakes_late(kind: VehicleType) -> bool:
+    """Return whether a type's model may brake later than SUMO's default, for lines and vehicles ahead."""
+    return kind.attributes.get(_MODEL, _FORESEEN[0]) in _UNFORESEEN
+
+
+def highest_limits(
+    network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]
+) -> dict[VehicleType, float]:
+    """Return each vehicle type with the highest speed limit on the loops or trips of its vehicles [m/s]."""
+    found: dict[VehicleType, float] = {}
+    for loop, kind in {(id(loop), id(kind)): (loop, kind) for loop, kind in users}.values():
+        limit_mps = max((network.lanes[span.lane_id].speed_mps for span in loop.spans), default=0.0)
+        found[kind] = max(limit_mps, found.get(kind, 0.0))
+    return found
+
+
+def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float) -> str:
+    """Return why no gate can drive a vehicle type where the highest limit is `limit_mps`; "" if one can."""
     model = kind.attributes.get(_MODEL, _FORESEEN[0])
     if model not in _FORESEEN + _UNFORESEEN:
         known = ", ".join(_FORESEEN + _UNFORESEEN)
@@ -155,7 +176,13 @@ def why_unsafe(kind: VehicleType, step_s: float) -> str:
     if kind.min_gap_m < _LEAST_GAP_M:
         return f"{_GAP} {kind.min_gap_m:g} is too small, bodies touch; give {_GAP} {_LEAST_GAP_M:g} m or more"
     means = {name: text for name, (usual, text) in _LETS.items() if _number(kind, name, usual) > usual}
-    return next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
+    lets = next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
+    if lets or model in _FORESEEN or limit_mps <= 0.0:
+        return lets
+    pace, deviation = _speed_factor(kind)
+    top_mps = min(limit_mps * (pace + 2.0 * deviation), _number(kind, "maxSpeed", inf))
+    overruns = why_overruns(kind, _number(kind, "decel", _DECEL_MPS2), top_mps, step_s)
+    return f"{_MODEL} {model} with {overruns}" if overruns else ""
 
 
 def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> dict[str, str]:

@@ -211,6 +211,9 @@ class Traffic(Protocol):
         closed to it.
         """
 
+    def lost_hold(self, vehicle: str) -> bool:
+        """Return whether a vehicle was held by `hold`, and its owner has removed or changed that stop."""
+
     def release(self, vehicle: str) -> None:
         """Undo `hold` and `brake`, whether the vehicle stands or not."""
 

@@ -115,6 +115,9 @@ _FOR_EVER_S = 1e7
 _SAME_STOP_M = 0.05
 """Largest distance between a stop in SUMO and the position that was asked for [m]."""
 
+_APART_M = 0.12
+"""Least distance between two stops of a vehicle: SUMO takes those within 0.1 m for one [m]."""
+
 _FLAGS = {"lane": 0, "busStop": 8, "containerStop": 16, "chargingStation": 32, "parkingArea": 64}
 _PARKS, _TRIGGERS = 1, {"person": 2, "container": 4}
 """SUMO's flags of stops."""
@@ -165,6 +168,7 @@ class SumoStops:
         """
         lane = f"{edge}_{lane_index}"
         here = self._lane_of(vehicle)
+        position_m = self._apart(vehicle, lane, position_m)
         on_edge = here == lane
         if not on_edge and here.rpartition("_")[0] == edge:
             return False
@@ -186,6 +190,24 @@ class SumoStops:
             msg = f"vehicle {vehicle}: SUMO has not taken the stop on {lane} at {position_m:.1f} m"
             raise TrafficError(msg)
         return True
+
+    def _apart(self, vehicle: str, lane: str, position_m: float) -> float:
+        """Return a position for a hold behind a stop of the vehicle's owner, or before it at the lane's end.
+
+        SUMO makes one stop of two that are this near to each other, and the owner's would end the hold.
+        """
+        if not self._is_ours(vehicle):
+            for stop in self._stops_of(vehicle, 0):
+                near = stop.lane == lane and abs(stop.endPos - position_m) < _APART_M
+                if near and not self._is_hold(vehicle, stop):
+                    behind_m = float(stop.endPos) + _APART_M
+                    return (
+                        behind_m if behind_m < self._api.lane.getLength(lane) else behind_m - 2.0 * _APART_M
+                    )
+        return position_m
+
+    def lost_hold(self, vehicle: str) -> bool:
+        return vehicle in self._holds and self._stop_number(vehicle) is None
 
     def _is_ours(self, vehicle: str) -> bool:
         """Return whether the vehicle has no stops of its own."""

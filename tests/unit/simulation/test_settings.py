@@ -21,11 +21,14 @@ from loopgate.simulation.settings import check_types, unforeseen
         (1.0, {"carFollowModel": "Daniel1", "tau": "2", "sigma": "0"}),
         (0.5, {"tau": "0.5", "actionStepLength": "0.5"}),
         (0.1, {"jmIgnoreJunctionFoeProb": "0"}),
+        (1.0, {"carFollowModel": "IDM"}),
+        (1.0, {"carFollowModel": "EIDM", "decel": "3"}),
+        (1.0, {"carFollowModel": "ACC", "decel": "0.8"}),
     ],
 )
 def test_what_keeps_clear_is_taken(step_s: float, attributes: dict[str, str]) -> None:
     """Types that were measured clean, and what SUMO makes of a type that says nothing."""
-    check_types([VehicleType("bus", attributes=attributes)], step_s=step_s, source="r.rou.xml")
+    check_types({VehicleType("bus", attributes=attributes): 13.9}, step_s=step_s, source="r.rou.xml")
 
 
 @pytest.mark.parametrize(
@@ -38,11 +41,17 @@ def test_what_keeps_clear_is_taken(step_s: float, attributes: dict[str, str]) ->
         (0.5, {"actionStepLength": "1"}, "actionStepLength 1 is above the step of 0.5 s"),
         (1.0, {"jmIgnoreJunctionFoeProb": "0.1"}, "jmIgnoreJunctionFoeProb lets it drive into"),
         (1.0, {"sigma": "?", "tau": "0.25"}, "tau 0.25"),
+        (
+            1.0,
+            {"carFollowModel": "IDM", "decel": "1.5"},
+            "carFollowModel IDM with decel 1.5 .*; give decel 2",
+        ),
+        (1.0, {"carFollowModel": "EIDM", "decel": "2"}, "carFollowModel EIDM with decel 2 .*; give decel 3"),
     ],
 )
 def test_what_comes_too_near_is_refused(step_s: float, attributes: dict[str, str], words: str) -> None:
     """By file, type and attribute, in one line with the way out."""
-    kinds = [VehicleType("car"), VehicleType("bus", attributes=attributes)]
+    kinds = {VehicleType("car"): 13.9, VehicleType("bus", attributes=attributes): 20.0}
     with pytest.raises(ScenarioError, match=f"^r.rou.xml: vType bus: {words}.*, or --gate open$"):
         check_types(kinds, step_s=step_s, source="r.rou.xml")
 

@@ -22,7 +22,7 @@ from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.watch import Watch
-from loopgate.simulation.settings import why_unsafe
+from loopgate.simulation.settings import highest_limits, why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
 from loopgate.traffic.running import RunningSumo
 
@@ -129,7 +129,8 @@ class Attached:
             msg = f"vehicle {vehicle}: SUMO knows none of that name now; add it when it has departed"
             raise TrafficError(msg)
         kind = self._sumo.kind(vehicle)
-        reason = why_unsafe(kind, self._traffic.step_s)
+        loop = self._loop(vehicle, kind)
+        reason = why_unsafe(kind, self._traffic.step_s, self._limit_mps(loop, kind))
         if reason:
             msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
             raise ScenarioError(msg)
@@ -137,7 +138,11 @@ class Attached:
             if self._sumo.has(vehicle, device):
                 msg = f"vehicle {vehicle}: it has a {device} device, which would {would}; start it without"
                 raise ScenarioError(msg)
-        return Newcomer(vehicle, self._loop(vehicle, kind), kind, self._traffic.now_s)
+        return Newcomer(vehicle, loop, kind, self._traffic.now_s)
+
+    def _limit_mps(self, loop: Loop, kind: VehicleType) -> float:
+        """Return the highest speed limit on a loop [m/s]."""
+        return highest_limits(self._network, [(loop, kind)])[kind]
 
     def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
         """Return the loop of the vehicle's route: a known loop if the route is that loop or a part of it."""
@@ -266,7 +271,7 @@ class Attached:
             if name == before.id and "@" not in name:
                 continue
             kind = self._sumo.kind(vehicle)
-            why = why_unsafe(kind, self._traffic.step_s)
+            why = why_unsafe(kind, self._traffic.step_s, self._limit_mps(self._loop(vehicle, kind), kind))
             if kind.vclass != before.vclass:
                 why = f"its class was {before.vclass} when it came under the gate and is {kind.vclass}"
             elif kind.min_gap_m > before.min_gap_m + _LONGER_M:

@@ -181,6 +181,7 @@ class Fleet:
         """
         one = self._ledger.vehicles[vehicle]
         one.stop_m = at_m
+        self._driving.keep_hold(one)
         if anew and one.asks:
             self._ledger.withdraw(one)
             self._ledger.consider(one)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, RoadNetwork, VehicleType
@@ -9,6 +10,7 @@ from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.moves import MOVED_M, Moves
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.plan import Plan
+from loopgate.simulation.settings import brakes_late
 from loopgate.traffic.base import Traffic
 
 GONE = "gone"
@@ -213,7 +215,10 @@ class JoiningQueue:
         for newcomer in newcomers:
             newcomer.tried_s = self._traffic.now_s
         tracks = [
-            self.plan.track(n.vehicle, n.loop.id, front_m=n.arc_m, position=n.position or 0)
+            replace(
+                self.plan.track(n.vehicle, n.loop.id, front_m=n.arc_m, position=n.position or 0),
+                brakes_late=brakes_late(n.kind),
+            )
             for n in newcomers
         ]
         if not self.fleet.take_in(tracks, beyond=1):

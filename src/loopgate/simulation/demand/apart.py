@@ -26,7 +26,7 @@ from loopgate.reading import counted, is_file, read_words, refusing, shown
 from loopgate.simulation.demand.allotment import by_departure, evenly_round
 from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import why_unsafe
+from loopgate.simulation.settings import highest_limits, why_unsafe
 from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew, led_off
 
 _MOST_SHOWN = 5
@@ -283,7 +283,7 @@ def sort_out(
     found = SortedOut(mine, ordinary, vehicles, later, moved, ungated)
     if scenario.gated:
         found.apart = {one.id: one.why for one in ungated.vehicles}
-        found.put_apart(of_no_safe_type(later, scenario.step_s))
+        found.put_apart(of_no_safe_type(network, later, scenario.step_s))
         found.put_apart(led_off(_beside(scenario, file), found.later))
         found.anew = led_anew(scenario, found.later)
     if scenario.rule_for_starts == "even":
@@ -312,10 +312,11 @@ def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def of_no_safe_type(vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
+def of_no_safe_type(network: RoadNetwork, vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
     """Return the trips whose type no gate can drive, with the reason, by name."""
     once = [v for v in vehicles if not v.loop.closed]
-    whys = {kind: why_unsafe(kind, step_s) for kind in {v.type for v in once}}
+    limits = highest_limits(network, [(v.loop, v.type) for v in once])
+    whys = {kind: why_unsafe(kind, step_s, limit) for kind, limit in limits.items()}
     return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
 
 
