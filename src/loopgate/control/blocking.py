@@ -13,7 +13,7 @@ from loopgate.control.roads import BEYOND_M, Lane, Other
 from loopgate.control.slack import Slack
 from loopgate.gates.base import Reason
 
-_NOBODY = ("", Reason.RED, Reason.TRAFFIC, Reason.STOP, Reason.SPACING)
+_NOBODY = frozenset(["", *(str(reason) for reason in Reason if not reason.for_others)])
 """Refusals that no gated vehicle can end by moving on."""
 
 _KNOWN = frozenset(str(reason) for reason in Reason)

@@ -3,47 +3,65 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol, runtime_checkable
+from typing import Protocol, Self, runtime_checkable
 
 from loopgate.model import Configuration
 
 
 class Reason(StrEnum):
-    """The reason why a gate admitted or refused a move; traces and summaries contain these words."""
+    """The reason why a gate or a rule admitted or refused a move; traces and summaries contain these words.
 
-    FREE = "free"
+    Attributes
+    ----------
+    words
+        Why a vehicle waits, in the words of the replay and of `Attached.why`.
+    for_others
+        Whether a vehicle that is refused for it waits for vehicles under the gate. It does not if they cannot
+        end the refusal by moving on.
+    """
+
+    words: str
+    for_others: bool
+
+    def __new__(cls, value: str, words: str, for_others: bool = True) -> Self:  # noqa: FBT001, FBT002  a row
+        """Make a reason of its name, its words, and whether a vehicle waits for others."""
+        made = str.__new__(cls, value)
+        made._value_, made.words, made.for_others = value, words, for_others
+        return made
+
+    FREE = "free", "admitted"
     """Admitted: no rule of the gate refuses the move."""
-    STAYS = "stays"
+    STAYS = "stays", "it has arrived"
     """Refused: the robot has no next state."""
-    BEHIND = "behind"
+    BEHIND = "behind", "another stands before it"
     """Refused: another robot is ahead in the FIFO state."""
-    OCCUPIED = "occupied"
+    OCCUPIED = "occupied", "the next place is full"
     """Refused: the next state is full."""
-    CROSSING = "crossing"
+    CROSSING = "crossing", "a conflicting movement has the crossing"
     """Refused: a conflicting movement is passing the junction."""
-    RED = "red"
+    RED = "red", "a traffic light is not green for long enough", False
     """Refused for now: a traffic light on the way is not green, or not for long enough."""
-    TRAFFIC = "traffic"
+    TRAFFIC = "traffic", "ordinary traffic is in the way", False
     """Refused for now: ordinary traffic, under no gate, fills the next state or is in the way."""
-    DEADLOCK = "deadlock"
+    DEADLOCK = "deadlock", "the move would cause a deadlock, or may lead to one"
     """Refused: the move would cause a deadlock, or may lead to one."""
-    RESERVE = "reserve"
+    RESERVE = "reserve", "a slot is kept free there"
     """Refused for now by the negotiation, which keeps room free; the reserve shrinks as the robot waits."""
-    SERVICE = "service"
+    SERVICE = "service", "the slot is kept for a vehicle that has waited long"
     """Refused for now: the next state or the way is kept for another vehicle, which must move so that a
     vehicle with a long wait goes on."""
-    SPACING = "spacing"
+    SPACING = "spacing", "it is ahead of the middle between its neighbours on the loop", False
     """Refused for some seconds: the vehicle is ahead of the middle between its neighbours on the loop."""
-    NEGOTIATION = "negotiation"
+    NEGOTIATION = "negotiation", "another vehicle goes first"
     """Refused for now: another robot won the negotiation."""
-    BUDGET = "budget"
+    BUDGET = "budget", "the gate could not decide in time"
     """Refused: the gate could not decide within its budget."""
-    FAULT = "fault"
+    FAULT = "fault", "the witness failed the gate's own check"
     """Refused: the witness failed the gate's own check. This is a bug; please report it."""
-    STOP = "stop"
+    STOP = "stop", "the vehicle stops before that", False
     """Refused for now: the vehicle has a stop before the next state, or there is no room behind a vehicle
     that stops there."""
-    ANSWER = "answer"
+    ANSWER = "answer", "no answer has come yet"
     """Refused for now: vehicles decide by messages, and no granting answer has come."""
 
 

@@ -92,23 +92,7 @@ def _at(curve: tuple[Floats, Floats], lap_m: float, arc_m: Floats) -> Floats:
     return np.array([np.interp(arc_m % lap_m, arcs, points[:, axis]) for axis in (0, 1)])
 
 
-WHY: dict[str, str] = {
-    Reason.STAYS: "it has arrived",
-    Reason.BEHIND: "another stands before it",
-    Reason.OCCUPIED: "the next place is full",
-    Reason.CROSSING: "a conflicting movement has the crossing",
-    Reason.RED: "a traffic light is not green for long enough",
-    Reason.TRAFFIC: "ordinary traffic is in the way",
-    Reason.DEADLOCK: "the move would cause a deadlock, or may lead to one",
-    Reason.RESERVE: "a slot is kept free there",
-    Reason.SERVICE: "the slot is kept for a vehicle that has waited long",
-    Reason.SPACING: "it is ahead of the middle between its neighbours on the loop",
-    Reason.NEGOTIATION: "another vehicle goes first",
-    Reason.BUDGET: "the gate could not decide in time",
-    Reason.FAULT: "the witness failed the gate's own check",
-    Reason.STOP: "the vehicle stops before that",
-    Reason.ANSWER: "no answer has come yet",
-}
+WHY: dict[str, str] = {str(reason): reason.words for reason in Reason if reason is not Reason.FREE}
 """The reason of a refusal, in words for readers."""
 
 _MOVED_M = 2.0
