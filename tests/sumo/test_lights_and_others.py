@@ -79,6 +79,7 @@ def test_ordinary_traffic(tmp_path: Path) -> None:
     assert summary["refusals"]["traffic"] > 100
     assert summary["others"]["vehicles"] > 300
     assert "SUMO's right of way" in summary["others"]["promise"]
+    assert (summary["promise"], summary["promise_if"]) == ("", "")  # they may block others for good
     assert f"--traffic {traffic}" in summary["command"]
 
 

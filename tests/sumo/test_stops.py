@@ -234,6 +234,7 @@ def test_who_returns_from_beside_the_road_drives_into_nobody(kind: str, tmp_path
     assert (summary["audit"], summary["collisions"], summary["starving"]) == ("clean", 0, [])
     assert summary["stops"]["served"] > 150
     assert summary["stops"]["longest_late_back_s"] < 240.0
+    assert ("finds a gap to return" in summary["promise_if"]) is (kind != "on the road")
 
 
 def test_who_parks_at_the_end_of_a_lane_comes_back_after_those_who_stand_next_to_it(tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     made = _kept(monkeypatch, DecisionsByMessages)
     summary = simulate(CROWD, tmp_path / "run")
     assert (summary["outcome"], summary["audit"], summary["clean"]) == ("done", "clean", True)
+    assert summary["promise"] == "somebody"  # all that is proved of these messages
     found = summary["by_messages"]
     assert found["unsafe"] == 0
     assert found["moves"] > 100

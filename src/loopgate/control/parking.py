@@ -173,6 +173,8 @@ class Parking:
         """Vehicles at speed 0 until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[Vehicle, float] = {}
         """Since when each vehicle whose stop is over waits to return [s]."""
+        self.parked = 0
+        """How often vehicles have given up their slots."""
         self.late_s = self.latest_s = 0.0
         """How long vehicles stood parked beyond their stops [s]: in all, and at most."""
 
@@ -190,6 +192,7 @@ class Parking:
             vehicle.lot_m = self._traffic.lot_ahead_m(vehicle.name, stop)
             park = _CarPark(stop.name, vehicle.leg.place, vehicle.line_m - vehicle.stop_m)
         self._beside[vehicle] = park
+        self.parked += 1
         self._note(vehicle, PARK, "")
         return True
 

@@ -79,7 +79,7 @@ def _hold(summary: Summary) -> Rows:
 
 def _promise(summary: Summary) -> Rows:
     promise = summary.get("promise")
-    return [("promise", f"{promise}, as long as no vehicle stands for good")] if promise else []
+    return [("promise", f"{promise}, as long as {summary['promise_if']}")] if promise else []
 
 
 def _decisions(summary: Summary) -> Rows:
@@ -481,8 +481,10 @@ FIGURES: Final[tuple[Figure, ...]] = (
         "no collision, overrun, trespass or finding of the audit; `null` without a gate",
     ),
     Figure(
-        "promise promise_of",
-        "`everyone`, `somebody` or empty: [what the gate promises](gates.md#what-certified-promises)",
+        "promise promise_if promise_of",
+        "`everyone`, `somebody` or empty: who can always go on [as proved for such a run]"
+        "(gates.md#what-certified-promises), empty with ordinary vehicles on the road; on which conditions; "
+        "both in words",
         _promise,
     ),
     Figure(

@@ -92,6 +92,22 @@ class Drive:
             return self._by_messages.sent
         return self._asked.messages if self._asked else 0
 
+    def promise(self, *, others: bool) -> str:
+        """Return who can always go on, as proved for a drive like this: everyone, somebody, or nobody ("").
+
+        `others`: whether there are ordinary vehicles. They take the last slot of a circle without asking.
+        """
+        promise = str(getattr(getattr(self, "gate", None), "promise", ""))
+        return "" if others else "somebody" if promise and self._by_messages else promise
+
+    def assumptions(self, *, lights: bool) -> list[str]:
+        """Return what must hold so that the promise does. `lights`: whether vehicles wait at red lights."""
+        also = {
+            "every light turns green again and again": lights,
+            "every vehicle beside the road finds a gap to return": self.driving.parking.parked > 0,
+        }
+        return ["no vehicle stands for good", *(text for text, holds in also.items() if holds)]
+
     @property
     def refusals(self) -> Mapping[str, int]:
         """How often each reason was given."""

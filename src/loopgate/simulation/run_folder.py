@@ -222,10 +222,10 @@ class Folder:
 
 
 _PROMISE_OF = {
-    "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as no "
-    "vehicle stands for good; not how soon",
+    "everyone": "in the model of the trace everyone can go on for ever, after every move, as long as {}; not "
+    "how soon",
     "somebody": "in the model of the trace some vehicle can always move and no circular wait forms, as long "
-    "as no vehicle stands for good; not which vehicle",
+    "as {}; not which vehicle",
 }
 
 
@@ -264,7 +264,11 @@ def summary(
         "abstraction": scenario.abstraction,
         "gate": scenario.gate,
         "negotiation": scenario.rule_for_negotiation if gated else "",
-        **promise_figures(gated),
+        **promise_figures(
+            gated,
+            lights=scenario.rule_for_lights != "off",
+            others=bool(gated and gated.driving.sight and gated.driving.sight.met),
+        ),
         "decide": scenario.decide,
         "lights": scenario.rule_for_lights,
         "spacing": scenario.rule_for_spacing,
@@ -299,10 +303,16 @@ def summary(
     }
 
 
-def promise_figures(gated: Drive | None) -> dict[str, str]:
-    """Return which vehicles the gate promises can always go on, and under which conditions."""
-    promise = getattr(getattr(gated, "gate", None), "promise", "")
-    return {"promise": promise, "promise_of": _PROMISE_OF.get(promise, "")}
+def promise_figures(gated: Drive | None, *, lights: bool, others: bool) -> dict[str, str]:
+    """Return which vehicles can always go on, as proved for a run like this, and under which conditions.
+
+    `lights`: whether vehicles wait at red lights. `others`: whether there are ordinary vehicles.
+    """
+    promise = gated.promise(others=others) if gated else ""
+    if gated is None or not promise:
+        return {"promise": promise, "promise_if": "", "promise_of": ""}
+    given = " and ".join(gated.assumptions(lights=lights))
+    return {"promise": promise, "promise_if": given, "promise_of": _PROMISE_OF[promise].format(given)}
 
 
 def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:

@@ -122,7 +122,9 @@ class Watch:
             "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
             "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
             "starving": [sink.figures() for sink in self._hunger.sinks.values()],
-            **promise_figures(drive),
+            **promise_figures(
+                drive, lights=True, others=bool(drive.driving.sight and drive.driving.sight.others)
+            ),
             "decisions": times.count,
             "refusals": dict(sorted(drive.refusals.items())),
             "decision_us": times.summary(),
