@@ -102,7 +102,7 @@ def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
 
 
 def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:
-    """One vehicle of each circle is put ahead, and the hour is driven to its end."""
+    """As long as a circle stands, a vehicle of it is put ahead where it has room."""
     scenario = Scenario(
         network=str(GRID),
         loops=60,
@@ -117,6 +117,10 @@ def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:
     summary = simulate(scenario, tmp_path / "run")
     assert summary["duration_s"] == pytest.approx(1200.0, abs=1.0)
     assert summary["deadlocks"]
+    assert summary["teleports"] > len(summary["deadlocks"])
+    assert summary["collisions"] == 0
+    events = read_events(tmp_path / "run" / "events.parquet")
+    assert (events[EVENT] == "teleport").sum() == summary["teleports"]
 
 
 def test_a_configuration_runs_as_it_is(tmp_path: Path) -> None:

@@ -306,14 +306,21 @@ class FakeTraffic:
         """Nobody."""
         return ()
 
-    def pauses(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
-        """Nobody does."""
+    def size(self, vehicle: str) -> tuple[float, float]:  # noqa: ARG002  the protocol's
+        """Return the same for everybody."""
+        return self.LENGTH_M, 2.5
+
+    def goes_on(self, vehicle: str) -> Sequence[tuple[Sequence[str], float, int]]:  # noqa: ARG002
+        """There is one lane."""
+        return []
+
+    def faces_red(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
+        """There is no light."""
         return False
 
-    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return what a test has put there."""
-        del guess
-        return self.waiting.get(vehicle, ())
+    def impatient_s(self) -> float:
+        """Return SUMO's default."""
+        return 180.0
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """All alike."""

@@ -30,7 +30,7 @@ from loopgate.cli.terminal import print_json
     "--deadlock-after",
     "deadlock_after_s",
     type=click.FloatRange(min=1.0),
-    default=60.0,
+    default=40.0,
     show_default=True,
     help="Time that vehicles stand in a circle before it counts as a deadlock [s].",
 )

@@ -1,11 +1,13 @@
 """Deadlocks: robots that wait for one another for good; circular waits (Zhou et al. 2020, Definition 3)."""
 
 from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from typing import TypeVar
 
 from loopgate.model import Placement, System
 
 W = TypeVar("W", bound=Hashable)
+N = TypeVar("N", int, str)
 
 
 def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
@@ -50,6 +52,32 @@ def deadlocked(waits: Mapping[W, Sequence[Sequence[W]]]) -> set[W]:
                 if not left[one]:
                     todo.append(one)
     return stuck
+
+
+def circular_wait(waits: Mapping[N, Sequence[Sequence[N]]], stuck: AbstractSet[N]) -> list[N]:
+    """Return a circle of stuck members: each waits for the next, and the last for the first.
+
+    The circle begins at its smallest member, and ties go to the smallest, so that the result is always the
+    same. A member that never goes on by itself is a circle of its own.
+
+    Parameters
+    ----------
+    waits
+        As for `deadlocked`.
+    stuck
+        What `deadlocked` returned; not empty.
+    """
+    here = min(stuck)
+    seen: dict[N, int] = {}
+    while here not in seen:
+        seen[here] = len(seen)
+        all_stuck = next(some for some in waits[here] if all(other in stuck for other in some))
+        if not all_stuck:
+            return [here]
+        here = min(all_stuck)
+    circle = [one for one, at in seen.items() if at >= seen[here]]
+    first = circle.index(min(circle))
+    return circle[first:] + circle[:first]
 
 
 def deadlocked_robots(system: System, configuration: Placement) -> frozenset[int]:

@@ -16,7 +16,7 @@ def read_fcd(
     network: str,
     out: Path | str | None = None,
     *,
-    deadlock_after_s: float = 60.0,
+    deadlock_after_s: float = 40.0,
     overwrite: bool = False,
 ) -> Run:
     """Read the floating-car data (FCD) output of any SUMO simulation as a run.

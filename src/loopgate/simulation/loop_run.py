@@ -135,7 +135,7 @@ def run_to_end(
                     if scenario.on_deadlock == "stop":
                         break
                     if scenario.on_deadlock == "teleport":  # under no gate
-                        _teleport_one(deadlock, drive, traffic)
+                        jump_on(deadlock, traffic, collisions, drive.jumped)
     except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"
         course.fault = ended if isinstance(ended, PluginError) else None
@@ -188,6 +188,8 @@ class CollisionLog:
 
 def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> None:
     """Record a deadlock in the course and as events: each vehicle with the vehicle that it waits for."""
+    if deadlock.again:
+        return
     course.deadlocks.append(deadlock)
     course.outcome = "deadlock"
     ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
@@ -195,9 +197,17 @@ def note_deadlock(deadlock: Deadlock, course: RunCourse, recorder: Recorder) -> 
         recorder.note(deadlock.noticed_at_s, vehicle, Event.DEADLOCK, place, waits_for)
 
 
-def _teleport_one(deadlock: Deadlock, drive: Drive, traffic: Traffic) -> None:
+def jump_on(
+    deadlock: Deadlock,
+    traffic: Traffic,
+    log: CollisionLog,
+    jumped: Callable[[str, float], None] = lambda _vehicle, _skipped_m: None,
+) -> None:
+    """Put the first vehicle of a circle that has room ahead on its route there; count it as a teleport."""
     for vehicle in deadlock.vehicles:
-        skipped = traffic.jump(vehicle)
-        if skipped is not None:
-            drive.jumped(vehicle, skipped)
+        skipped_m = traffic.jump(vehicle)
+        if skipped_m is not None:
+            jumped(vehicle, skipped_m)
+            log.course.teleports += 1
+            log.recorder.note(traffic.now_s, vehicle, Event.TELEPORT, "")
             return

@@ -18,7 +18,7 @@ from loopgate.results.columns import BEGINS, FLOW_EVERY_S
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import read_vehicles
-from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, note_deadlock
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, jump_on, note_deadlock
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.run_folder import Folder, Tally
@@ -29,6 +29,7 @@ from loopgate.simulation.sumo_options import SumoOptions, begins_s, sumo_options
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table, with_last_parts
 from loopgate.simulation.watching.mileage import Mileage
+from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.trips import Trip, read_trips
 from loopgate.traffic.base import Traffic
 
@@ -77,7 +78,15 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         course = RunCourse(begin_s=traffic.now_s)
         mileage = Mileage(traffic, own)
         begins = traffic.now_s
-        detector = DeadlockDetector(traffic, after_s=scenario.deadlock_after_s, own=own)
+        detector = DeadlockDetector(
+            traffic,
+            RoadWaits(
+                RoadNetwork.open(scenario.network), SimulatedRoad(traffic), impatient_s=traffic.impatient_s()
+            ),
+            after_s=scenario.deadlock_after_s,
+            own=own,
+        )
+        detector.again = scenario.on_deadlock == "teleport"
         collisions = CollisionLog(traffic, recorder, course, own=own)
         try:
             _drive(scenario, traffic, detector, collisions, mileage, tick, rows, folder)
@@ -212,7 +221,7 @@ def _drive(
         if scenario.on_deadlock == "stop":
             return
         if scenario.on_deadlock == "teleport":
-            next((v for v in deadlock.vehicles if traffic.jump(v) is not None), None)
+            jump_on(deadlock, traffic, collisions)
 
 
 def _write_flow(rows: list[Row], mileage: Mileage, trips: Sequence[Trip], folder: Folder) -> None:

@@ -45,6 +45,7 @@ from loopgate.simulation.sumo_options import SumoOptions, sumo_options
 from loopgate.simulation.ungated_run import open_ungated
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import FlowMeter, FrontRecorder
+from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.window import Window
@@ -131,8 +132,10 @@ def _run(
         if among and session.gated is not None:
             verdicts = Verdicts(assembly.network, traffic, drive)
             session.gated.read_everybody()
+        road = SimulatedRoad(traffic, own if session.gated is not None else ())
         detector = detector_class(
             traffic,
+            RoadWaits(assembly.network, road, impatient_s=traffic.impatient_s()),
             after_s=scenario.deadlock_after_s,
             at_gate=drive.refused,
             own=own if among else None,
@@ -140,6 +143,7 @@ def _run(
             odometers=None if among or assembly.departures else drive.odometers,
             halted=session.containment.broken if session.containment else (),
         )
+        detector.again = scenario.on_deadlock == "teleport"
         hunger = None
         if session.gated is not None:
             known = session.containment

@@ -517,7 +517,7 @@ class Scenario:
         float,
         real(0.0, _LONG_S),
         Option("Watching", "Time that vehicles stand in a circle before it counts as a deadlock [s]."),
-    ] = 60.0
+    ] = 40.0
     starving_s: Annotated[
         float,
         real(1.0, _LONG_S),

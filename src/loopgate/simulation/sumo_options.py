@@ -150,6 +150,8 @@ def _without_vehicles(config: SumoConfig) -> None:
 def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
     for name, why in REPLACED.items():
         said = config.options.get(name, OWN_OUTPUT.get(name))
+        if name.startswith("time-to-teleport") and not is_on(said or ""):
+            continue
         if said != OWN_OUTPUT.get(name) and name not in _QUIET:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():

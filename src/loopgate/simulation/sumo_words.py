@@ -22,6 +22,7 @@ REPLACED = {
     "time-to-teleport": "a gridlock would be hidden; see --on-deadlock",
     "time-to-teleport.highways": "a gridlock would be hidden; see --on-deadlock",
     "time-to-teleport.disconnected": "a gridlock would be hidden; see --on-deadlock",
+    "time-to-teleport.remove": "no vehicle jumps or goes by itself; see --on-deadlock",
     "collision.action": "collisions are counted, and vehicles drive on",
     "collision.check-junctions": "collisions are looked for on junctions too",
     "end": "the run ends by its duration; see --duration",

@@ -281,14 +281,21 @@ class Traffic(Protocol):
     def teleports(self) -> Sequence[str]:
         """Return the vehicles that the simulator began to teleport in the last step."""
 
-    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles of which each alone blocks a standing vehicle.
+    def size(self, vehicle: str) -> tuple[float, float]:
+        """Return the length and the minimum gap of a vehicle [m]."""
 
-        With `guess`, likely ones are returned where the simulator gives no reason.
+    def goes_on(self, vehicle: str) -> Sequence[tuple[Sequence[str], float, int]]:
+        """Return for each lane of a vehicle's edge how it leads on along the route.
+
+        First the lane and those to which it leads, then their length [m], then how many lanes the best lane
+        is to the left; 0 for the best lanes.
         """
 
-    def pauses(self, vehicle: str) -> bool:
-        """Return whether a vehicle is at a red light or at a stop of its own."""
+    def faces_red(self, vehicle: str) -> bool:
+        """Return whether a vehicle is near the end of its lane, and a light there is red for it."""
+
+    def impatient_s(self) -> float:
+        """Return the time after which a waiting driver heeds no right of way any more [s]."""
 
     def dynamics(self, vehicle: str) -> Dynamics:
         """Return length, accelerations and speed factor of a vehicle."""

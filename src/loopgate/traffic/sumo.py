@@ -12,7 +12,6 @@ from loopgate.arrays import Floats
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Phase, Program, Whereabouts
-from loopgate.traffic.sumo_waits import RoadWaits
 
 _STATIC = 0  # SUMO's number for lights that follow a timetable
 
@@ -396,6 +395,12 @@ _LANE_CHANGE_FOR_ROUTE_ONLY = 0b01_00_00_00_01
 _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 """Lane changes only by `SumoTraffic.change_lane`, and only if no vehicle must brake hard."""
 
+_VIA, _STATE, _RED = 4, 5, "ru"
+"""Where a link has the lane inside the junction and the state of its light, and states of a red one."""
+
+_AT_JUNCTION_M = 15.0
+"""A vehicle nearer than this to the end of its lane may stand there because of the light [m]."""
+
 _ANY_DECELERATION = ~4
 """Mask that removes the limit on deceleration from a speed mode (bit 2)."""
 
@@ -455,7 +460,8 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
         self._step_s = float(api.simulation.getDeltaT())
-        self._waits = RoadWaits(api, self._holds)
+        self._onto: dict[str, list[tuple[str, list[str]]]] = {}
+        """The lanes that lead onto each lane, and the lanes between; found when first needed."""
         self._braked: dict[str, float] = {}
         """For each braked vehicle, its speed one step before [m/s]."""
         self._slowed: set[str] = set()
@@ -681,17 +687,25 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
 
-    def pauses(self, vehicle: str) -> bool:
-        return self.at_own_stop(vehicle) or self._waits.faces_red(vehicle)
+    def size(self, vehicle: str) -> tuple[float, float]:
+        return float(self._like[0](vehicle)), float(self._vehicle.getMinGap(vehicle))
 
-    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles of which each blocks a standing vehicle; see `RoadWaits`.
+    def goes_on(self, vehicle: str) -> Sequence[tuple[Sequence[str], float, int]]:
+        return [
+            ((lane, *after[1:]), float(length_m), int(to_best))
+            for lane, length_m, _, to_best, _, after in self._vehicle.getBestLanes(vehicle)
+        ]
 
-        No vehicle blocks a vehicle at a stop of its own, which goes on by itself.
-        """
-        if self.at_own_stop(vehicle):
-            return ()
-        return self._waits.of(vehicle, guess=guess)
+    def faces_red(self, vehicle: str) -> bool:
+        links = self._vehicle.getNextLinks(vehicle)
+        if not links or links[0][_STATE] not in _RED:
+            return False
+        lane, front_m = self.lane(vehicle)
+        return float(self._api.lane.getLength(lane)) - front_m <= _AT_JUNCTION_M
+
+    def impatient_s(self) -> float:
+        after_s = float(self._simulation.getOption("time-to-impatience"))
+        return max(0.0, after_s)
 
     def dynamics(self, vehicle: str) -> Dynamics:
         return Dynamics(*(float(read(vehicle)) for read in self._like))
@@ -706,22 +720,65 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         self._vehicle.setSpeedFactor(vehicle, speed_factor)
 
     def jump(self, vehicle: str) -> float | None:
-        """Put the vehicle on the first edge ahead on its route where SUMO finds room for it."""
+        """Put the vehicle on the first edge ahead on its route where it has room."""
         get = self._vehicle
         route = get.getRoute(vehicle)
-        length = get.getLength(vehicle)
         for edge in route[get.getRouteIndex(vehicle) + 1 :]:
             for index in range(self._api.edge.getLaneNumber(edge)):
-                if self._api.lane.getLength(f"{edge}_{index}") <= length:
+                position_m = self._room_on(f"{edge}_{index}", *self.size(vehicle))
+                if position_m is None:
                     continue
-                skipped = float(get.getDrivingDistance(vehicle, edge, length, index))
+                skipped = float(get.getDrivingDistance(vehicle, edge, position_m, index))
                 try:
-                    get.moveTo(vehicle, f"{edge}_{index}", length)
+                    get.moveTo(vehicle, f"{edge}_{index}", position_m)
                 except self._error:
                     continue
                 self._seen_s = -inf
                 return skipped
         return None
+
+    def _room_on(self, lane: str, length_m: float, gap_m: float) -> float | None:
+        """Return where the front of a vehicle can be put on a lane so that nobody has to brake hard [m].
+
+        None if there is no such position. Vehicles on their way to the lane count too.
+        """
+        get, lanes = self._vehicle, self._api.lane
+        begin_m = gap_m
+        for before, inside in self._ways_onto(lane):
+            after_m = 0.0
+            for one in reversed(inside):
+                after_m += lanes.getLength(one)
+                for other in lanes.getLastStepVehicleIDs(one):
+                    begin_m = max(begin_m, self._clear_m(other) - after_m + get.getLanePosition(other))
+            if first := lanes.getLastStepVehicleIDs(before)[-1:]:
+                left_m = lanes.getLength(before) - get.getLanePosition(first[0])
+                begin_m = max(begin_m, self._clear_m(first[0]) - after_m - left_m)
+        for other in lanes.getLastStepVehicleIDs(lane):  # from the last one on
+            if begin_m + length_m + gap_m <= get.getLanePosition(other) - get.getLength(other):
+                break
+            begin_m = get.getLanePosition(other) + self._clear_m(other)
+        position_m = float(begin_m + length_m)
+        return position_m if position_m + gap_m + _AT_JUNCTION_M <= lanes.getLength(lane) else None
+
+    def _clear_m(self, vehicle: str) -> float:
+        """Return how far ahead of a vehicle another can appear so that it need not brake hard [m]."""
+        get, speed = self._vehicle, float(self._vehicle.getSpeed(vehicle))
+        braking_m = speed * (get.getTau(vehicle) + self._step_s) + speed**2 / (2.0 * get.getDecel(vehicle))
+        return float(get.getMinGap(vehicle) + braking_m)
+
+    def _ways_onto(self, lane: str) -> Sequence[tuple[str, Sequence[str]]]:
+        """Return the lanes that lead onto a lane, each with the lanes inside the junction between them."""
+        if not self._onto:
+            get = self._api.lane
+            for before in get.getIDList():
+                for link in () if before.startswith(":") else get.getLinks(before):
+                    onto, inside, over = link[0], link[_VIA], []
+                    while inside:
+                        over.append(inside)
+                        following = get.getLinks(inside)
+                        inside = following[0][_VIA] if following else ""
+                    self._onto.setdefault(onto, []).append((before, over))
+        return self._onto.get(lane, ())
 
     def expects_more(self) -> bool:
         return bool(self._simulation.getMinExpectedNumber() > 0)

@@ -331,7 +331,9 @@ class Attached:
             self._sumo, self._network, self._recorder, self._made, standing=self._standing
         )
         self._contained, self._made.before_asking = contained, contained.look
-        self._watch = Watch(self._traffic, fleet, self._recorder, contained, starving_s=self._starving_s)
+        self._watch = Watch(
+            self._network, self._traffic, fleet, self._recorder, contained, starving_s=self._starving_s
+        )
         self.connection = self._sumo.connection
         _OPEN.append(self)
         self._stack.callback(_OPEN.remove, self)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from loopgate.control.diary import Diary
+from loopgate.network import RoadNetwork
 from loopgate.results.columns import Event
 from loopgate.results.histogram import Histogram
 from loopgate.results.recorder import EventFeed
@@ -13,11 +14,12 @@ from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.loop_run import Collisions
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
+from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.traffic.base import Traffic
 
 _LOOK_EVERY_S: Final = 10.0
-_STANDING_S: Final = 60.0
+_STANDING_S: Final = 40.0
 """Vehicles are checked in the first interval [s]; one that stands this long can be in a deadlock [s]."""
 
 
@@ -26,8 +28,8 @@ class Watch:
 
     Parameters
     ----------
-    traffic, fleet, recorder
-        The running simulation, the vehicles, and the recorder of events.
+    network, traffic, fleet, recorder
+        The network, the running simulation, the vehicles, and the recorder of events.
     contained
         Says why vehicles stand.
     starving_s
@@ -36,6 +38,7 @@ class Watch:
 
     def __init__(
         self,
+        network: RoadNetwork,
         traffic: Traffic,
         fleet: Fleet,
         recorder: EventFeed,
@@ -53,8 +56,9 @@ class Watch:
             stands=contained.why,
             reason=contained.reason,
         )
+        road = RoadWaits(network, SimulatedRoad(traffic, fleet), impatient_s=traffic.impatient_s())
         self._detector = DeadlockDetector(
-            traffic, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
+            traffic, road, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
         )
         self._deadlocks: list[Deadlock] = []
         self._next_look_s = traffic.now_s + _LOOK_EVERY_S

@@ -1,22 +1,22 @@
-"""Plays the frames of a finished simulation: positions, distances, and which vehicles block which."""
+"""Plays the frames of a finished simulation: positions and distances."""
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import cos, nan, radians, sin
+from math import nan
+from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
-from shapely import LineString, Point
-from shapely.ops import substring
 
 from loopgate.arrays import Floats
 from loopgate.control.motion import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
+from loopgate.network.xml_file import open_xml
 from loopgate.simulation.fcd.frames import Seen
-from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's default car [m]: FCD output has neither."""
@@ -27,14 +27,9 @@ _GAINS_MPS2 = 5.0
 _MOST_SKIPPED = 3
 """A vehicle may pass at most this many short edges between two frames."""
 
-_WIDTH_M = 1.8
-"""Width of a car: a vehicle cannot pass nearer than this to the middle of another's body [m]."""
 
-_TOUCHING_M = 3.0
-"""A vehicle that stands cannot go on if its leader is within the minimum gap plus this distance [m]."""
-
-_AT_JUNCTION_M = 15.0
-"""A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
+_CYCLE_S = 120.0
+"""Cycle of a light without a program in the network file [s]."""
 
 
 @dataclass(slots=True)
@@ -49,8 +44,8 @@ class Course:
         How far it drove [m], and how long it was slower than 0.1 m/s [s].
     since_s, longest_s
         Since when it stands, and how long at most it has stood at once [s].
-    edge
-        The edge that it is on, or came from if it is inside a junction.
+    before, edge
+        The edge that it is on, or came from if it is inside a junction, and the edge before that one.
     after
         The edge that it took last after each edge.
     """
@@ -61,6 +56,7 @@ class Course:
     stood_s: float = 0.0
     since_s: float = 0.0
     longest_s: float = 0.0
+    before: str = ""
     edge: str = ""
     after: dict[str, str] = field(default_factory=dict)
 
@@ -84,16 +80,11 @@ class Film:
         self.stood_on = defaultdict[str, float](float)
         """How long vehicles stood on each edge [s]."""
         self._seen: dict[str, Seen] = {}
-        self._on: dict[str, list[Seen]] | None = None
+        self._cycles_s: dict[str, float] | None = None
         self._ways: dict[tuple[str, str], list[str]] = {}
         self._gaps_m: dict[tuple[str, str], float] = {}
-        self._by_lane: dict[str, list[Connection]] = defaultdict(list)
         self._over: dict[str, list[Connection]] = defaultdict(list)
-        self._lanes_at: dict[str, set[str]] = defaultdict(set)
-        """For each junction, its internal lanes and the lanes that lead out of it."""
         for connection in network.connections:
-            self._by_lane[connection.from_id].append(connection)
-            self._lanes_at[connection.junction].update((*connection.via, connection.to_id))
             for lane in connection.via:
                 self._over[lane].append(connection)
 
@@ -107,7 +98,6 @@ class Film:
         before, self._seen = self._seen, {one.vehicle: one for one in vehicles}
         for vehicle in before.keys() - self._seen.keys():
             self.courses[vehicle].driven_m += self._went_m(before[vehicle])
-        self._on = None
         entered = []
         for vehicle, one in self._seen.items():
             course = self.courses.get(vehicle)
@@ -122,7 +112,7 @@ class Film:
                 for passed in self._passed(course.edge, edge):
                     if course.edge:
                         course.after[course.edge] = passed
-                    course.edge = passed
+                    course.before, course.edge = course.edge, passed
                     if not first:
                         entered.append((vehicle, passed))
             if one.speed_mps < STANDING_MPS:
@@ -217,102 +207,55 @@ class Film:
         one = self._seen.get(vehicle)
         return None if one is None else (one.x_m, one.y_m)
 
-    def pauses(self, vehicle: str) -> bool:
-        """Return False: FCD output has neither lights nor stops."""
+    def on_lanes(self) -> Iterator[tuple[str, str, float]]:
+        """Yield each vehicle with the lane and the position of its front [m]."""
+        for one in self._seen.values():
+            yield one.vehicle, one.lane, one.pos_m
+
+    def size(self, vehicle: str) -> tuple[float, float]:
+        """Return length and minimum gap of SUMO's default car [m]."""
+        del vehicle
+        return _LENGTH_M, _GAP_M
+
+    def edges_around(self, vehicle: str) -> tuple[str, Sequence[str] | None]:
+        """Return the edges before and after the one that a vehicle is on, or came from if it is inside.
+
+        The edge after is known if the vehicle has been on this edge before.
+        """
+        course = self.courses[vehicle]
+        after = course.after.get(course.edge)
+        return course.before, [after] if after else None
+
+    def lanes_for(self, vehicle: str) -> None:
+        """Return None: FCD output does not tell."""
+        del vehicle
+
+    def faces_red(self, vehicle: str) -> bool:
+        """Return False: FCD output has no lights."""
         del vehicle
         return False
 
-    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles of which each alone blocks a standing vehicle."""
-        return [some[0] for some in self.blocked_by(vehicle, guess=guess) if len(some) == 1]
+    def cycle_s(self, light: str) -> float:
+        """Return the time in which a light of the network file shows all its phases [s]."""
+        if self._cycles_s is None:
+            self._cycles_s = _read_cycles_s(self._network.file)
+        return self._cycles_s.get(light, _CYCLE_S)
 
-    def blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
-        """Return sets of vehicles: in each set, some vehicle must move before this vehicle can.
-
-        The blocker is the leader. At the end of a lane and inside a junction, blockers are the vehicles that
-        leave no space after the junction, and the vehicles that stand inside it across the movement. The
-        vehicle's movement is known if it has taken it here before. Otherwise it may be any movement from its
-        lane. With `guess`, it is a blocked movement: the vehicle would not stand so long before a free one.
-        """
-        one = self._seen[vehicle]
-        if (leader := self._leader(one)) is not None:
-            return [[leader]]
-        lane = self._network.lanes.get(one.lane)
-        if lane is None:
-            return []
-        if not lane.internal and lane.length_m - one.pos_m > _AT_JUNCTION_M:
-            return []
-        ways = self._over[one.lane] if lane.internal else self._by_lane[one.lane]
-        course = self.courses[vehicle]
-        known = course.after.get(course.edge)
-        ways = [way for way in ways if way.to_edge == known] or ways
-        blocked = [self._blockers(one, way) for way in ways]
-        blocked = [some for some in blocked if some] if guess else blocked
-        if not blocked or not all(blocked):
-            return []
-        if len(blocked) == 1:
-            return [[other] for other in blocked[0]]
-        return [sorted({other for some in blocked for other in some})]
-
-    def _leader(self, one: Seen) -> str | None:
-        """Return the next vehicle ahead on the lane, if it stands too near to move up to it."""
-        ahead = [other for other in self._standing_on(one.lane) if other.pos_m > one.pos_m]
-        if not ahead:
-            return None
-        leader = min(ahead, key=lambda other: other.pos_m)
-        near = leader.pos_m - one.pos_m <= _LENGTH_M + _GAP_M + _TOUCHING_M
-        return leader.vehicle if near else None
-
-    def _blockers(self, one: Seen, way: Connection) -> list[str]:
-        """Return the vehicles that stand behind or inside a junction, in the way of a movement."""
-        here = way.via.index(one.lane) if one.lane in way.via else -1
-        path = self._path(one, way.via[here:] if here >= 0 else way.via)
-        near = [other for lane in self._lanes_at[way.junction] for other in self._standing_on(lane)]
-        found = {
-            other.vehicle for other in near if path is not None and _body(other).distance(path) < _WIDTH_M
-        }
-        last = min(self._standing_on(way.to_id), key=lambda other: other.pos_m, default=None)
-        # Inside a junction a vehicle goes on until it touches; before one it waits for space beyond it.
-        over_m = path.length if here >= 0 and path is not None else 0.0
-        room_m = _LENGTH_M + _GAP_M + (_TOUCHING_M if here >= 0 else _LENGTH_M)
-        if last is not None and over_m + last.pos_m < room_m:
-            found.add(last.vehicle)
-        return sorted(found - {one.vehicle})
-
-    def _path(self, one: Seen, lanes: Sequence[str]) -> LineString | None:
-        """Return the line of a vehicle over the rest of a junction, along these internal lanes."""
-        points = [point for lane in lanes for point in self._network.lanes[lane].shape]
-        if len(points) < 2:  # noqa: PLR2004  a network without internal lanes
-            return None
-        line = LineString(points)
-        if lanes[0] != one.lane:
-            return line
-        driven = line.project(Point(one.x_m, one.y_m))
-        return LineString(substring(line, driven, line.length).coords)
-
-    def _standing_on(self, lane: str) -> list[Seen]:
-        if self._on is None:
-            self._on = defaultdict(list)
-            for one in self._seen.values():
-                if one.speed_mps < STANDING_MPS:
-                    self._on[one.lane].append(one)
-        return self._on.get(lane, [])
+    def at_own_stop(self, vehicle: str) -> bool:
+        """Return False: FCD output has no stops."""
+        del vehicle
+        return False
 
 
-def _body(one: Seen) -> LineString:
-    """Return the middle line of a vehicle's body, from its front to its rear."""
-    turn = radians(one.angle_deg)
-    return LineString(
-        [(one.x_m, one.y_m), (one.x_m - _LENGTH_M * sin(turn), one.y_m - _LENGTH_M * cos(turn))]
-    )
-
-
-class FilmDetector(DeadlockDetector):
-    """Detects deadlocks in frames, where a vehicle may have several movements that are all blocked."""
-
-    def __init__(self, film: Film, *, after_s: float) -> None:
-        super().__init__(film, after_s=after_s)
-        self._film = film
-
-    def _blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
-        return self._film.blocked_by(vehicle, guess=guess)
+def _read_cycles_s(file: Path) -> dict[str, float]:
+    """Return the longest cycle of each light in a network file [s]."""
+    cycles: dict[str, float] = {}
+    with open_xml(file) as stream:
+        for _, element in ET.iterparse(stream):  # noqa: S314  it has been read as a network
+            if element.tag == "tlLogic":
+                phases = (phase.get("maxDur", phase.get("duration", "0")) for phase in element.iter("phase"))
+                name = element.get("id", "")
+                cycles[name] = max(cycles.get(name, 0.0), sum(map(float, phases)))
+            if element.tag not in {"phase", "param"}:
+                element.clear()
+    return cycles

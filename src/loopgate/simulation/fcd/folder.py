@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from itertools import chain, islice
 from math import inf, nan
 from pathlib import Path
@@ -31,13 +32,15 @@ from loopgate.results.columns import (
 )
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import run_folder
-from loopgate.simulation.fcd.film import Film, FilmDetector
+from loopgate.simulation.fcd.film import Film
 from loopgate.simulation.fcd.frames import Frame, Seen, read_frames
 from loopgate.simulation.loop_run import RunCourse, note_deadlock
 from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
 from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table
+from loopgate.simulation.watching.road_waits import RoadWaits
 
 _UNKNOWN = (
     "FCD output holds neither collisions, teleports, lights, stops nor lengths: vehicles are taken to be 5 m "
@@ -55,7 +58,7 @@ def write_fcd_run(
     network: str,
     out: Path,
     *,
-    deadlock_after_s: float = 60.0,
+    deadlock_after_s: float = 40.0,
     overwrite: bool = False,
     tell: Callable[[int], None] = lambda _: None,
 ) -> dict[str, Any]:
@@ -98,12 +101,12 @@ def write_fcd_run(
         film = Film(roads, step_s)
         course = RunCourse(begin_s=begin_s)
         recorder = Recorder(folder / run_folder.EVENTS)
-        detector = FilmDetector(film, after_s=deadlock_after_s)
+        detector = DeadlockDetector(film, RoadWaits(roads, film), after_s=deadlock_after_s)
         played = _checked(chain(first, frames), file, roads, step_s)
         positions = folder / run_folder.POSITIONS
         try:
             with writing(positions), gzip.open(positions, "wt", 5) as table:
-                rows = _play(played, film, detector, recorder, course, table, tell)
+                rows = _play(played, film, detector, recorder, course, table, tell, deadlock_after_s)
         finally:
             recorder.close()
         course.end_s = film.now_s
@@ -123,11 +126,12 @@ def write_fcd_run(
 def _play(
     frames: Iterable[Frame],
     film: Film,
-    detector: FilmDetector,
+    detector: DeadlockDetector,
     recorder: Recorder,
     course: RunCourse,
     table: IO[str],
     tell: Callable[[int], None],
+    deadlock_after_s: float,
 ) -> list[Row]:
     """Play all frames; record entered edges, positions and deadlocks; return the rows of the flow table."""
     names = ("timestep_time", *(f"vehicle_{name}" for name in ATTRIBUTES))
@@ -152,8 +156,9 @@ def _play(
         still, steps, before_m = 0, 0, driven_m
         tell(int(film.now_s - course.begin_s))
         deadlock = detector.check()
-        if deadlock is not None:
-            note_deadlock(deadlock, course, recorder)
+        if deadlock is not None:  # what follows is known, so it counts from when it had lasted long enough
+            told_s = min(deadlock.noticed_at_s, deadlock.closed_at_s + deadlock_after_s)
+            note_deadlock(replace(deadlock, noticed_at_s=told_s), course, recorder)
     return rows
 
 

@@ -1,8 +1,8 @@
-"""Detects deadlocks on any road: circles of standing vehicles that wait for each other."""
+"""Detects deadlocks on any road: vehicles that can never move again, since they wait for each other."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Container, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from typing import Protocol
@@ -10,23 +10,19 @@ from typing import Protocol
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
-from loopgate.gates.deadlocks import deadlocked
+from loopgate.gates.deadlocks import circular_wait, deadlocked
+from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
-from loopgate.simulation.watching.waits import WaitFor, circular_wait
 
 __all__ = ["Deadlock", "DeadlockDetector", "ToldRefusal"]
 
-_MOVED_M = 0.5
-"""A vehicle that has moved less than this between two checks stands [m]."""
+_CREEPS_MPS = 0.02
+"""A vehicle that is slower than this between two checks stands [m/s]: it only moves up to its leader."""
 
-_STANDSTILL_S = 600.0
-"""If no vehicle has moved for this long, none will ever move again [s].
+WaitFor = Mapping[str, Sequence[Sequence[str]]]
+"""For each standing vehicle, sets of vehicles: of *every* set, *some* vehicle must move before it can.
 
-Lights turn green within this time, stops end, and gates look again in each step. A light that is always red
-is the only exception."""
-
-_GUESS_AFTER_S = 60.0
-"""If SUMO gives no reason why a vehicle stands, the detector guesses one after this much more time [s]."""
+A vehicle that is no key moves, or stands for a reason that passes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +46,8 @@ class Deadlock:
     last
         The vehicle that came last onto the lanes of the circle (a gated vehicle: by the time of its grant),
         the time [s], and whether it is gated. None if not recorded.
+    again
+        Whether it was reported before.
     """
 
     closed_at_s: float
@@ -59,6 +57,7 @@ class Deadlock:
     held_up: int
     by: str = ""
     last: tuple[str, float, bool] | None = None
+    again: bool = False
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -81,26 +80,25 @@ class Watched(Protocol):
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return lane id and position of the front on that lane [m]."""
 
-    def pauses(self, vehicle: str) -> bool:
-        """Return whether a vehicle waits at a red light, or at a stop of its own."""
-
-    def waits_for(self, vehicle: str, *, guess: bool) -> Sequence[str]:
-        """Return the vehicles of which each alone blocks a standing vehicle."""
+    def at_own_stop(self, vehicle: str) -> bool:
+        """Return whether a vehicle is at a stop of its own, which ends."""
 
 
 class DeadlockDetector:
-    """Checks the vehicles at intervals, and reports each circular wait once.
+    """Checks the vehicles at intervals, and reports each deadlock once.
 
+    A deadlock is a set of vehicles none of which can ever move again, by whatever they wait for in the set.
     For each vehicle that has stood for at least `after_s` the detector finds the vehicles that it waits for:
-    at a gate from the gate's refusal, on the road from the vehicle ahead or the foes at the junction.
-    Vehicles that wait, directly or not, only for each other are in a deadlock. A vehicle that stands for no
-    known reason, at a red light, or with a recent grant counts as able to go on. If no vehicle has moved for
-    ten minutes, a vehicle without a known reason counts as waiting for any vehicle to move.
+    at a gate from the gate's refusal, on the road from `RoadWaits`. The deadlock is the largest set in which
+    each waits only for others in the set. A vehicle that waits for something with an end (a light, a stop, a
+    closure, a repair), or has a recent grant, counts as able to go on, and so do vehicles that wait for it.
 
     Parameters
     ----------
     traffic
         The running simulation.
+    waits
+        Returns whom vehicles wait for on the road.
     after_s
         Time of standing from which a vehicle can be part of a deadlock [s].
     at_gate
@@ -117,9 +115,13 @@ class DeadlockDetector:
         The vehicles that have broken down.
     """
 
+    again = False
+    """Whether deadlocks that stand are returned at each check; `Deadlock.again` says which."""
+
     def __init__(
         self,
         traffic: Watched,
+        waits: RoadWaits,
         *,
         after_s: float,
         at_gate: Callable[[str], ToldRefusal | None] | None = None,
@@ -129,40 +131,36 @@ class DeadlockDetector:
         halted: Container[str] = (),
     ) -> None:
         self._own, self._trails, self._halted = own, trails, halted
-        self._traffic = traffic
+        self._traffic, self._on_road = traffic, waits
         self._odometers = odometers or self._read
         self._after_s = after_s
         self._at_gate = at_gate
         self._vehicles: Sequence[str] = ()
         self._number: dict[str, int] = {}
         self._at_m = self._since_s = np.zeros(0)
-        """For each vehicle, its odometer when it last moved [m], and the time when that was seen [s]."""
+        """For each vehicle, its odometer at the last check [m], and the last check at which it moved [s]."""
+        self._checked_s = traffic.now_s
         self._refused_at: dict[str, float] = {}
         self._known: set[str] = set()
-        self._still_since_s = 0.0
-        """Since when no vehicle has moved [s]."""
-        self._red: set[str] | None = None
-        """Vehicles that paused at a light or stop at each check since then; None if a vehicle has moved."""
 
     def check(self) -> Deadlock | None:
         """Return a deadlock not reported before, or None; call every few seconds."""
         now = self._traffic.now_s
         vehicles, at_m = self._odometers()
         still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, at_m, now).tolist()}
-        standstill = self._stands_still(still, len(vehicles), now)
         standing = sorted(v for v in still if self._waits_long(v, now) and now - still[v] >= self._after_s)
         self._known.intersection_update(standing)
-        if len(standing) < 2 or self._known.issuperset(standing):  # noqa: PLR2004  a circle has two at least
+        if not standing or (self._known.issuperset(standing) and not self.again):
             return None
         places: dict[str, str] = {}
-        guess_after_s = self._after_s + _GUESS_AFTER_S
-        waits = {v: self._waits(v, places, guess=now - still[v] >= guess_after_s) for v in standing}
-        if standstill and set(still) == set(standing):
-            waits = {v: sets or [[w for w in standing if w != v]] for v, sets in waits.items()}
+        self._on_road.look()
+        waits = {v: self._waits(v, places, now - still[v]) for v in standing}
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
-        if not new:  # no new deadlock: the others could go on if the known deadlocks were gone
+        told = not new  # no new deadlock: the others could go on if the known deadlocks were gone
+        new = new or (stuck if self.again else new)
+        if not new:
             return None
         circle = circular_wait(waits, new)
         wanted = tuple(places[v] for v in circle)
@@ -173,7 +171,7 @@ class DeadlockDetector:
             came = vehicle, at_s, vehicle in self._own
         let_go_s = {vehicle: at_s for vehicle, at_s in self._refused_at.items() if at_s < now}
         closed_s = max(float(max(still[v], let_go_s.get(v, still[v]))) for v in circle)
-        return Deadlock(closed_s, now, tuple(circle), wanted, len(stuck), self._by(waits, new), came)
+        return Deadlock(closed_s, now, tuple(circle), wanted, len(stuck), self._by(waits, new), came, told)
 
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()
@@ -187,21 +185,10 @@ class DeadlockDetector:
                 np.append(column, -np.inf)[before] for column in (self._at_m, self._since_s)
             )
             self._vehicles, self._number = vehicles, {vehicle: n for n, vehicle in enumerate(vehicles)}
-        moved = at_m - self._at_m > _MOVED_M
-        self._at_m[moved], self._since_s[moved] = at_m[moved], now
+        moved = at_m - self._at_m > _CREEPS_MPS * (now - self._checked_s)
+        self._checked_s, self._at_m = now, np.array(at_m)
+        self._since_s[moved] = now
         return np.flatnonzero(~moved)
-
-    def _stands_still(self, still: Collection[str], count: int, now: float) -> bool:
-        """Return whether no vehicle has moved for ten minutes.
-
-        It is False if some vehicle was at a stop or at a red light all that time.
-        """
-        if len(still) < count:
-            self._red, self._still_since_s = None, now
-            return False
-        red = {vehicle for vehicle in still if self._traffic.pauses(vehicle)}
-        self._red = red if self._red is None else self._red & red
-        return not self._red and now - self._still_since_s >= _STANDSTILL_S
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return the kind of vehicles that cause a deadlock: without them no vehicle would be stuck."""
@@ -233,14 +220,12 @@ class DeadlockDetector:
         number = self._number.get(vehicle)
         return 0.0 if number is None else self._traffic.now_s - float(self._since_s[number])
 
-    def _waits(self, vehicle: str, places: dict[str, str], *, guess: bool) -> list[list[str]]:
+    def _waits(self, vehicle: str, places: dict[str, str], stood_s: float) -> list[list[str]]:
         refused = self._at_gate(vehicle) if self._at_gate else None
         if refused is not None:
             sets, places[vehicle] = refused()
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
-        return self._blocked_by(vehicle, guess=guess)
-
-    def _blocked_by(self, vehicle: str, *, guess: bool) -> list[list[str]]:
-        """Return sets of vehicles: in each set, some vehicle must move before this vehicle can."""
-        return [[other] for other in self._traffic.waits_for(vehicle, guess=guess)]
+        if self._traffic.at_own_stop(vehicle):
+            return []
+        return self._on_road.of(vehicle, stood_s)

@@ -172,4 +172,4 @@ class StarvationWatch:
             return "stop"
         if self._drive.asks(vehicle) and (reason := self._drive.reason(vehicle)):
             return reason
-        return "light" if self._traffic.pauses(vehicle) else "no reason known"
+        return "light" if self._traffic.faces_red(vehicle) else "no reason known"

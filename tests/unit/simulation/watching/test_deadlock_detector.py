@@ -13,6 +13,7 @@ from fake_traffic import whereabouts
 
 from loopgate.arrays import Floats
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, ToldRefusal
+from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
 from loopgate.traffic.base import Traffic
 
@@ -37,12 +38,20 @@ class Standing:
     def lane(self, vehicle: str) -> tuple[str, float]:
         return f"lane of {vehicle}", 0.0
 
-    def pauses(self, vehicle: str) -> bool:
+    def at_own_stop(self, vehicle: str) -> bool:
         return vehicle in self.pausing
 
-    def waits_for(self, vehicle: str, *, guess: bool = False) -> Sequence[str]:
-        del guess
-        return self.waits[vehicle]
+    def look(self) -> None:
+        pass
+
+    def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
+        del stood_s
+        return [[other] for other in self.waits[vehicle]]
+
+
+def looked_at(traffic: Standing) -> tuple[Traffic, RoadWaits]:
+    """Return the traffic as what `DeadlockDetector` takes."""
+    return cast("Traffic", traffic), cast("RoadWaits", traffic)
 
 
 class Gates:
@@ -76,7 +85,7 @@ def named(
 
 def watched(traffic: Standing, gates: Gates | None = None) -> list[tuple[float, tuple[str, ...]]]:
     """Return time and circle of what is found."""
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, at_gate=gates)
     found = list(named(watch, traffic))
     assert all(deadlock.closed_at_s == 10.0 for deadlock in found)
     return [(deadlock.noticed_at_s, deadlock.vehicles) for deadlock in found]
@@ -88,32 +97,31 @@ def test_a_circle_on_the_road_is_named_once() -> None:
     assert watched(traffic) == [(70.0, ("a", "b", "c"))]
 
 
-def test_a_standstill_of_all_is_a_deadlock_without_a_reason_too() -> None:
-    """The head stands for no reason that anybody sees, and after ten minutes nobody has moved."""
-    traffic = Standing({"a": ["b"], "b": ["c"], "c": []})
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
-    found = [(d.noticed_at_s, d.vehicles, d.held_up) for d in named(watch, traffic, until_s=2000.0)]
-    assert found == [(610.0, ("a", "b", "c"), 3)]
-
-
-def test_who_pauses_keeps_a_standstill_from_being_one() -> None:
-    """At a stop of its own, or a light that never turns green; but not a light that does."""
-    traffic = Standing({"a": ["b"], "b": []})
+def test_who_is_at_a_stop_of_its_own_goes_on() -> None:
+    """And so do those behind it; when it still stands after its stop, the two are in a deadlock."""
+    traffic = Standing({"a": ["b"], "b": ["a"]})
     traffic.pausing = {"b"}
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
-    assert not list(named(watch, traffic, until_s=2000.0))
-    lit = Standing({"a": ["b"], "b": []})
-    lit.pausing = {"b"}
-    watch = DeadlockDetector(cast("Traffic", lit), after_s=60.0)
-    assert [
-        d.noticed_at_s for d in named(watch, lit, at_s=500.0, change=lit.pausing.clear, until_s=2000.0)
-    ] == [610.0]
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    found = named(watch, traffic, at_s=500.0, change=traffic.pausing.clear, until_s=900.0)
+    assert [deadlock.noticed_at_s for deadlock in found] == [500.0]
+
+
+def test_who_creeps_stands() -> None:
+    """A millimetre a second, as SUMO's drivers move up to their leaders, does not reset the clock."""
+    traffic = Standing({"a": ["b"], "b": ["a"]})
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    found = []
+    while traffic.now_s < LONG_S:
+        traffic.now_s += 10.0
+        traffic.at_m["a"] += 0.01 if traffic.now_s > 30.0 else 5.0
+        found += [deadlock] if (deadlock := watch.check()) else []
+    assert [(one.closed_at_s, one.noticed_at_s) for one in found] == [(30.0, 90.0)]
 
 
 def test_whoever_has_broken_down_waits_for_nobody() -> None:
     """Two that stand across each other's way: no circle until the one that broke down could go again."""
     traffic, halted = Standing({"a": ["b"], "b": ["a"]}), {"b"}
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, halted=halted)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, halted=halted)
     assert list(named(watch, traffic)) == []
     halted.clear()
     assert [deadlock.vehicles for deadlock in named(watch, traffic, until_s=2 * LONG_S)] == [("a", "b")]
@@ -137,7 +145,7 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
     """
     traffic = Standing({"a": [], "b": ["a"]})
     gates = Gates({"a": ["b"], "b": ["somebody who drives"]})
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, at_gate=gates)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, at_gate=gates)
     found = named(watch, traffic, at_s=let_go_s, change=lambda: gates.refused.pop("b"))
     assert [(d.closed_at_s, d.noticed_at_s) for d in found] == [(let_go_s - 10.0, let_go_s + 50.0)]
 
@@ -145,7 +153,7 @@ def test_who_was_let_go_just_now_is_not_stuck(let_go_s: float) -> None:
 def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
     """A vehicle that joins the queue later is held up by the same circle."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
     found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["a"]))
     assert [deadlock.vehicles for deadlock in found] == [("a", "b")]
     assert watch.held_up == {"a", "b", "c"}
@@ -154,7 +162,7 @@ def test_newcomers_behind_a_named_circle_are_not_named_again() -> None:
 def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
     """Two ordinary vehicles stand for good; one of them waits for a gated one too, which waits for them."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": []})
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="c")
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, own="c")
     found = named(
         watch, traffic, at_s=150.0, change=lambda: traffic.waits.update({"a": ["c", "b"], "c": ["b"]})
     )
@@ -175,7 +183,7 @@ def test_a_circle_that_a_named_one_holds_up_is_not_named() -> None:
 def test_whose_deadlock_it_is(waits: dict[str, list[str]], own: str, by: str) -> None:
     """Of those who would be stuck without the others, or of both."""
     traffic = Standing(waits)
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own=own)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, own=own)
     assert next(named(watch, traffic)).by == by
 
 
@@ -190,14 +198,14 @@ def test_who_came_last_into_the_circle_is_told() -> None:
         granted[0] = leg
         on = {"a": "lane of a", "b": b, "c": c}
         trails.look(at_s, whereabouts(**{vehicle: (lane, 0.0, 0.0) for vehicle, lane in on.items()}))
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="b", trails=trails)
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, own="b", trails=trails)
     assert next(named(watch, traffic)).last == ("b", 2.0, True)
 
 
 def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
     """Two ordinary vehicles stand for good when two gated ones close a circle of their own."""
     traffic = Standing({"a": ["b"], "b": ["a"], "c": [], "d": ["c"]})
-    watch = DeadlockDetector(cast("Traffic", traffic), after_s=60.0, own="cd")
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, own="cd")
     found = named(watch, traffic, at_s=150.0, change=lambda: traffic.waits.update(c=["d"]))
     assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [
         (("a", "b"), "ordinary"),

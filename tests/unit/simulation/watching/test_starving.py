@@ -32,7 +32,7 @@ class Road:
             wanted=lambda _: "street",
         )
         traffic: Any = SimpleNamespace(
-            lane=lambda _: ("street_0", 0.0), at_own_stop=lambda _: False, pauses=lambda _: False
+            lane=lambda _: ("street_0", 0.0), at_own_stop=lambda _: False, faces_red=lambda _: False
         )
         traffic_time = type("Traffic", (SimpleNamespace,), {"now_s": property(lambda _: self.now_s)})
         recorder: Any = SimpleNamespace(note=lambda *told: self.noted.append(told[1]))

@@ -2,8 +2,7 @@
 
 import pytest
 
-from loopgate.gates.deadlocks import deadlocked
-from loopgate.simulation.watching.waits import circular_wait
+from loopgate.gates.deadlocks import circular_wait, deadlocked
 
 
 def test_a_circle_is_stuck() -> None:

@@ -1,0 +1,472 @@
+"""Finds whom a standing vehicle waits for on the road, from positions and the network alone."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Container, Iterable, Iterator, Sequence
+from itertools import islice, product
+from math import inf
+from typing import NamedTuple, Protocol
+
+from shapely import LineString
+from shapely.ops import substring
+
+from loopgate.control.motion import STANDING_MPS
+from loopgate.network import Connection, RoadNetwork
+from loopgate.network.records import Lane
+from loopgate.traffic.base import Traffic
+
+__all__ = ["Occupant", "Road", "RoadWaits", "SimulatedRoad"]
+
+IMPATIENT_S = 180.0
+"""SUMO's ``time-to-impatience``: after so much waiting a driver no longer heeds who else may come [s]."""
+
+_SURELY_S = 20.0
+"""A vehicle that nothing keeps back any more has moved after this time [s]."""
+
+_TOUCHING_M = 3.0
+"""A vehicle stands because of its leader if the gap is at most the minimum gap and this [m]."""
+
+_AT_JUNCTION_M = 15.0
+"""A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
+
+_TURN_LANE_M = 200.0
+"""No driver changes to a lane that leads on for less than this, if it is not the best for the route [m]."""
+
+_BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
+"""What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
+on a lane within the third [m]."""
+
+_WIDTH_M, _APART_M = 1.8, 3.0
+"""A vehicle cannot pass nearer than this to the middle of another's body where their ways cross, and where
+they part or merge [m]."""
+
+
+class Occupant(NamedTuple):
+    """A vehicle on a lane: where its front and its rear are on it [m].
+
+    The front is beyond the lane's end if only the rear is on the lane.
+    """
+
+    vehicle: str
+    front_m: float
+    rear_m: float
+
+
+class LeadsOn(NamedTuple):
+    """A lane and those to which it leads along a route, their length [m], and lanes to the best one."""
+
+    lanes: Sequence[str]
+    far_m: float
+    to_best: int
+
+
+class Road(Protocol):
+    """The interface of a running or played-back simulation that `RoadWaits` needs."""
+
+    def on_lanes(self) -> Iterable[tuple[str, str, float]]:
+        """Yield each vehicle on the road with the lane and the position of its front [m]."""
+
+    def size(self, vehicle: str) -> tuple[float, float]:
+        """Return the length and the minimum gap of a vehicle [m]."""
+
+    def edges_around(self, vehicle: str) -> tuple[str, Sequence[str] | None]:
+        """Return the edge before the one that a vehicle is on, and the edges after it; None if not known."""
+
+    def lanes_for(self, vehicle: str) -> Sequence[LeadsOn] | None:
+        """Return how the lanes of its edge lead on along the route of a vehicle; None if not known."""
+
+    def faces_red(self, vehicle: str) -> bool:
+        """Return whether the next light is red for a vehicle."""
+
+    def cycle_s(self, light: str) -> float:
+        """Return the time in which a light shows all its phases [s]."""
+
+
+class RoadWaits:
+    """The vehicles that a standing vehicle waits for, as sets: of each, some vehicle must move first.
+
+    Two arguments give sets.
+
+    - *Bodies.* A vehicle cannot drive through another. So it waits for its leader, if that is near; before a
+      junction, for whoever leaves no space beyond it, or is inside on a way that crosses its own; inside,
+      for whoever stands on the rest of its way. If it can change lanes or choose a movement, all of these
+      must be blocked, so a set takes one vehicle from each.
+    - *Nothing changes.* What a driver does depends on what is around. If a vehicle has stood while all around
+      it stood, it stands until one of them moves. So everybody around is a set. Two things change by
+      themselves: lights, and the patience of drivers. So this set counts only when the vehicle has stood
+      for a cycle of the light, or until it is impatient.
+
+    Parameters
+    ----------
+    network
+        The network.
+    road
+        The vehicles.
+    impatient_s
+        SUMO's ``time-to-impatience`` [s].
+    """
+
+    def __init__(self, network: RoadNetwork, road: Road, *, impatient_s: float = IMPATIENT_S) -> None:
+        self._network, self._road, self._impatient_s = network, road, impatient_s
+        self._from: dict[str, list[Connection]] = defaultdict(list)
+        self._to: dict[str, list[Connection]] = defaultdict(list)
+        self._over: dict[str, list[Connection]] = defaultdict(list)
+        self._at: dict[str, list[Connection]] = defaultdict(list)
+        """The movements by the lane before, the lane behind, internal lane and junction."""
+        for one in network.connections:
+            self._from[one.from_id].append(one)
+            self._to[one.to_id].append(one)
+            self._at[one.junction].append(one)
+            for lane in one.via:
+                self._over[lane].append(one)
+        self._curves: dict[tuple[str, ...], LineString] = {}
+        self._fronts: dict[str, list[Occupant]] = {}
+        self._bodies: dict[str, list[Occupant]] = {}
+        """The vehicles by the lane of their fronts, and by each lane that they stand on, from the rear on."""
+        self._lane: dict[str, tuple[str, float]] = {}
+
+    def look(self) -> None:
+        """Take in where all vehicles are now."""
+        fronts, bodies = defaultdict(list), defaultdict(list)
+        self._lane = {}
+        for vehicle, lane, front_m in self._road.on_lanes():
+            if lane not in self._network.lanes:
+                continue
+            self._lane[vehicle] = lane, front_m
+            length_m, _ = self._road.size(vehicle)
+            here = Occupant(vehicle, front_m, front_m - length_m)
+            fronts[lane].append(here)
+            bodies[lane].append(here)
+            for behind, end_m in self._behind(vehicle, lane, length_m - front_m):
+                bodies[behind].append(Occupant(vehicle, end_m + front_m, end_m + front_m - length_m))
+        for some in (*fronts.values(), *bodies.values()):
+            some.sort(key=lambda one: one.front_m)
+        self._fronts, self._bodies = dict(fronts), dict(bodies)
+
+    def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
+        """Return the sets of a vehicle that has stood for some time [s]; none if it waits for no vehicle."""
+        lane, front_m = self._lane.get(vehicle, ("", 0.0))
+        if not lane:
+            return []
+        at_end = self._network.lanes[lane].internal or self._left_m(lane, front_m) <= _AT_JUNCTION_M
+        ways = self._ways(vehicle, lane) if at_end else []
+        sets = self._by_bodies(vehicle, lane, front_m)
+        if not at_end and len(sets) == 1 and len(sets[0]) == 1:
+            return sets  # it stands in a queue
+        if stood_s >= self._until_sure_s(vehicle, lane, ways):
+            around = sorted(self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle})
+            sets += [around] if around else []
+        return sets
+
+    def _left_m(self, lane: str, front_m: float) -> float:
+        return self._network.lanes[lane].length_m - front_m
+
+    def _ways(self, vehicle: str, lane: str) -> list[Connection]:
+        """Return the movements that a vehicle may take from a lane, or is on."""
+        _, after = self._road.edges_around(vehicle)
+        ways = self._over.get(lane, []) if self._network.lanes[lane].internal else self._from.get(lane, [])
+        return [way for way in ways if after is None or after[:1] == [way.to_edge]]
+
+    def _until_sure_s(self, vehicle: str, lane: str, ways: Sequence[Connection]) -> float:
+        """Return how long a vehicle must have stood until nothing changes by itself any more [s]."""
+        if not ways:
+            return 0.0
+        until_s = self._impatient_s + _SURELY_S
+        lights = {way.signal[0] for way in ways if way.signal}
+        if not lights or self._network.lanes[lane].internal:
+            return until_s
+        if self._road.faces_red(vehicle):
+            return inf
+        return until_s + max(map(self._road.cycle_s, lights))
+
+    def _by_bodies(self, vehicle: str, lane: str, front_m: float) -> list[list[str]]:
+        """Return the sets of vehicles whose bodies keep a vehicle from going on, on each lane it can take."""
+        if self._network.lanes[lane].internal:
+            return self._ahead(vehicle, lane, front_m)
+        return _of_all([*self._on_each_lane(vehicle, lane, front_m)])
+
+    def _on_each_lane(self, vehicle: str, lane: str, front_m: float) -> Iterator[list[list[str]]]:
+        """Yield for each lane that a vehicle may take the sets of vehicles that keep it from going on there.
+
+        It goes on in a worse lane that leads on too, if that is where it is.
+        """
+        known = self._road.lanes_for(vehicle)
+        if known is None:
+            yield self._ahead(vehicle, lane, front_m)
+            return
+        wanted = {one.lanes[0]: one for one in known if not one.to_best or one.far_m >= _TURN_LANE_M}
+        if lane in wanted or self._ways(vehicle, lane) or self._leader(vehicle, lane, front_m):
+            yield self._ahead(vehicle, lane, front_m)
+        of = self._network.lanes[lane]
+        lanes = [one.id for one in self._network.edges[of.edge].lanes]
+        for way in lanes[of.index + 1 :], lanes[of.index - 1 :: -1] if of.index else ():
+            left = sum(one in wanted for one in way)
+            for other in way:
+                if not left:
+                    break
+                if beside := self._beside(vehicle, other, front_m):
+                    yield [[one] for one in beside]
+                    break
+                if other in wanted:
+                    left -= 1
+                    if not wanted[other].to_best:
+                        yield []  # it can move sideways, and make space
+                    elif (jam := self._jam(vehicle, lane, front_m, wanted[other])) is not None:
+                        yield [jam] if jam else []
+
+    def _jam(self, vehicle: str, lane: str, front_m: float, other: LeadsOn) -> list[str] | None:
+        """Return vehicles whose jam keeps a driver from a lane that is not the best; None if it is too short.
+
+        SUMO's rule (LC2013, `currentDistDisallows`) for a driver who stands: the lane has to lead on for two
+        lengths more than the jam on the best lanes.
+        """
+        needs_m = other.far_m - front_m - 4.0 * sum(self._road.size(vehicle))
+        if needs_m <= 0.0:
+            return None
+        best = next(
+            (one.lanes for one in self._road.lanes_for(vehicle) or () if one.lanes[0] == lane), (lane,)
+        )
+        here = self._fronts.get(lane, [])
+        standing = [one for one in here if one.front_m > front_m]
+        standing += [one for one in reversed(here) if one.front_m < front_m]
+        standing += [one for further in best[1:] for one in self._fronts.get(further, ())]
+        jam: list[str] = []
+        for one in standing:
+            jam.append(one.vehicle)
+            needs_m -= sum(self._road.size(one.vehicle))
+            if needs_m <= 0.0:
+                return jam
+        return []
+
+    def _beside(
+        self, vehicle: str, lane: str, front_m: float, behind_m: float = -0.1, ahead_m: float = -0.1
+    ) -> list[str]:
+        """Return the vehicles on a lane beside a vehicle, from so far behind it to so far ahead of it [m]."""
+        length_m, gap_m = self._road.size(vehicle)
+        return [
+            one.vehicle
+            for one in self._bodies.get(lane, ())
+            if one.vehicle != vehicle
+            and one.rear_m < front_m + gap_m + ahead_m
+            and one.front_m > front_m - length_m - gap_m - behind_m
+        ]
+
+    def _leader(self, vehicle: str, lane: str, front_m: float) -> str:
+        """Return the next vehicle in a lane, if a vehicle stands because of it; else an empty text."""
+        _, gap_m = self._road.size(vehicle)
+        ahead = (
+            one for one in self._bodies.get(lane, ()) if one.front_m > front_m and one.vehicle != vehicle
+        )
+        leader = next(ahead, None)
+        return leader.vehicle if leader and leader.rear_m - front_m <= gap_m + _TOUCHING_M else ""
+
+    def _ahead(self, vehicle: str, lane: str, front_m: float) -> list[list[str]]:
+        """Return the sets of vehicles that keep a vehicle from going on in a lane."""
+        if leader := self._leader(vehicle, lane, front_m):
+            return [[leader]]
+        if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > _AT_JUNCTION_M:
+            return []
+        return _of_all(
+            [self._over_junction(vehicle, lane, front_m, way) for way in self._ways(vehicle, lane)]
+        )
+
+    def _over_junction(self, vehicle: str, lane: str, front_m: float, way: Connection) -> list[list[str]]:
+        """Return the vehicles that keep a vehicle from a movement, each as a set."""
+        inside = lane in way.via
+        via = way.via[way.via.index(lane) :] if inside else way.via
+        length_m, gap_m = self._road.size(vehicle)
+        over_m = sum(self._network.lanes[one].length_m for one in via) - front_m if inside else 0.0
+        found = self._without_space(vehicle, way, gap_m + (_TOUCHING_M if inside else length_m) - over_m)
+        path = self._line(via)
+        if path is not None and inside:
+            path = _part(path, front_m * path.length / max(1e-6, over_m + front_m), path.length)
+        if path is not None:
+            found += self._across(vehicle, way, path, inside=inside)
+        return [[one] for one in dict.fromkeys(found) if one != vehicle]
+
+    def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
+        """Return the vehicle that stands nearer than `needs_m` beyond the movement [m]."""
+        _, after = self._road.edges_around(vehicle)
+        lanes, edges = [way.to_id], list(after or ())[1:]
+        for lane in lanes:
+            bodies = [one for one in self._bodies.get(lane, ()) if one.vehicle != vehicle]
+            if bodies:
+                last = min(bodies, key=lambda one: one.rear_m)
+                return [last.vehicle] if last.rear_m < needs_m else []
+            needs_m -= self._network.lanes[lane].length_m
+            if needs_m <= 0.0:
+                break
+            if not self._network.lanes[lane].internal:
+                ways = self._from.get(lane, [])
+                ways = [one for one in ways if one.to_edge == edges[0]] if edges else ways
+                if len(ways) == 1:
+                    lanes += [*ways[0].via, ways[0].to_id]
+                    edges = edges[1:]
+        return []
+
+    def _across(self, vehicle: str, way: Connection, path: LineString, *, inside: bool) -> list[str]:
+        """Return the vehicles whose bodies, or before the junction whose ways inside it, cross a path."""
+        found = []
+        for other in self._at[way.junction]:
+            for lane in (*other.via, other.to_id):
+                for one in self._bodies.get(lane, ()):
+                    if one.vehicle in found or one.vehicle == vehicle:
+                        continue
+                    on_exit = lane == other.to_id
+                    if on_exit and one.rear_m >= 0.0:
+                        continue
+                    foe = not inside and not on_exit and self._network.are_foes(way, other)
+                    line = self._line((lane,))
+                    if line is None:
+                        continue
+                    scale = line.length / max(1e-6, self._network.lanes[lane].length_m)
+                    until_m = line.length if foe and one.front_m > 0 else one.front_m * scale
+                    body = _part(line, one.rear_m * scale, until_m)
+                    beside = way.from_id == other.from_id or way.to_id == other.to_id
+                    if body.distance(path) < (_APART_M if beside else _WIDTH_M):
+                        found.append(one.vehicle)
+        return found
+
+    def _behind(self, vehicle: str, lane: str, over_m: float) -> Iterator[tuple[str, float]]:
+        """Yield the lanes behind a lane that so much of a vehicle is still on, and their lengths [m].
+
+        The second value is how far the end of `lane`'s beginning is along each.
+        """
+        end_m = 0.0
+        before, _ = self._road.edges_around(vehicle)
+        while over_m > end_m:
+            of = self._network.lanes[lane]
+            if of.internal:
+                ways = self._over.get(lane, [])
+                if not ways:
+                    return
+                at = ways[0].via.index(lane)
+                lane = ways[0].via[at - 1] if at else ways[0].from_id
+            else:
+                onto = [way for one in self._network.edges[of.edge].lanes for way in self._to.get(one.id, ())]
+                onto = [way for way in onto if way.from_edge == before]
+                ways = [way for way in onto if way.to_id == lane] or onto  # it may have changed lanes
+                if not ways or end_m:
+                    return
+                lane = ways[0].via[-1] if ways[0].via else ways[0].from_id
+            end_m += self._network.lanes[lane].length_m
+            yield lane, end_m
+
+    def _line(self, lanes: tuple[str, ...]) -> LineString | None:
+        """Return the line along lanes; None in a network without lanes inside junctions."""
+        if lanes not in self._curves:
+            points = [point for lane in lanes for point in self._network.lanes[lane].shape]
+            self._curves[lanes] = LineString(points if len(points) > 1 else ())
+        line = self._curves[lanes]
+        return None if line.is_empty else line
+
+    def _around(self, vehicle: str, lane: str, front_m: float, *, at_end: bool) -> set[str]:
+        """Return everybody on whom it can depend that a vehicle stands."""
+        of, found = self._network.lanes[lane], set[str]()
+        if not of.internal:
+            found.update(self._on_edge(vehicle, of, front_m))
+        if not at_end:
+            return found
+        ways = self._over.get(lane, []) if of.internal else self._from.get(lane, [])
+        for junction in dict.fromkeys(way.junction for way in ways):
+            for way in self._at[junction]:
+                for inside in way.via:
+                    found.update(one.vehicle for one in self._bodies.get(inside, ()))
+                found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
+                found.update(self._next_from(way.from_id, _APPROACH_M))
+        found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
+        for way in self._ways(vehicle, lane):
+            found.update(self._without_space(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M))
+        return found
+
+    def _on_edge(self, vehicle: str, lane: Lane, front_m: float) -> Iterator[str]:
+        """Yield the vehicles on its edge and on the lanes after it on which the choice of a lane depends."""
+        for other in self._network.edges[lane.edge].lanes:
+            if abs(other.index - lane.index) == 1:
+                yield from self._beside(vehicle, other.id, front_m, _BEHIND_M, _AHEAD_M)
+            if abs(other.index - lane.index) <= 1:
+                ahead = (one for one in self._bodies.get(other.id, ()) if one.front_m > front_m)
+                yield from (one.vehicle for one in islice(ahead, 1))
+        for lanes, _, _ in self._road.lanes_for(vehicle) or ():
+            yield from (one.vehicle for other in lanes[1:] for one in self._bodies.get(other, ()))
+
+    def _next_from(self, lane: str, within_m: float) -> Iterator[str]:
+        """Yield the vehicles that come next to the end of a lane, within a distance of it [m]."""
+        if some := self._fronts.get(lane):
+            yield some[-1].vehicle
+            return
+        left_m = within_m - self._network.lanes[lane].length_m
+        if left_m > 0.0:
+            for way in self._to.get(lane, ()):
+                inside = [one.vehicle for over in way.via for one in self._fronts.get(over, ())]
+                yield from inside or self._next_from(way.from_id, left_m)
+
+
+class SimulatedRoad:
+    """The vehicles of a running simulation, for `RoadWaits`.
+
+    `gated` are the vehicles that change lanes only where their routes demand it.
+    """
+
+    def __init__(self, traffic: Traffic, gated: Container[str] = ()) -> None:
+        self._traffic, self._gated = traffic, gated
+        self._sizes: dict[str, tuple[float, float]] = {}
+
+    def on_lanes(self) -> Iterator[tuple[str, str, float]]:
+        """Yield each vehicle on the road with the lane and the position of its front [m]."""
+        here = self._traffic.whereabouts()
+        sizes = {
+            vehicle: self._sizes.get(vehicle) or self._traffic.size(vehicle) for vehicle in here.vehicles
+        }
+        self._sizes = sizes
+        still = (here.speeds_mps < STANDING_MPS).tolist()
+        for vehicle, lane, front_m, stands in zip(
+            here.vehicles, here.lanes, here.positions_m.tolist(), still, strict=True
+        ):
+            if not (stands and self._traffic.parks(vehicle)):
+                yield vehicle, lane, front_m
+
+    def size(self, vehicle: str) -> tuple[float, float]:
+        """Return the length and the minimum gap of a vehicle [m]."""
+        return self._sizes[vehicle]
+
+    def edges_around(self, vehicle: str) -> tuple[str, Sequence[str]]:
+        """Return the edges before and after the one that a vehicle is on, or came from if it is inside."""
+        route, at = self._traffic.route(vehicle)
+        return route[at - 1] if at > 0 else "", list(route[at + 1 :])
+
+    def lanes_for(self, vehicle: str) -> Sequence[LeadsOn]:
+        """Return how the lanes of its edge lead on; a gated vehicle stays on its lane if it is a best one."""
+        lanes = [LeadsOn(*one) for one in self._traffic.goes_on(vehicle)]
+        if vehicle not in self._gated:
+            return lanes
+        best = [one for one in lanes if not one.to_best]
+        here, _ = self._traffic.lane(vehicle)
+        return [one for one in best if one.lanes[0] == here] or best
+
+    def faces_red(self, vehicle: str) -> bool:
+        """Return whether the next light is red for a vehicle."""
+        return self._traffic.faces_red(vehicle)
+
+    def cycle_s(self, light: str) -> float:
+        """Return the time in which a light shows all its phases [s]."""
+        return sum(phase.longest_s for phase in self._traffic.light_program(light).phases)
+
+
+def _part(line: LineString, from_m: float, to_m: float) -> LineString:
+    """Return a part of a line; a point as a line without length."""
+    part = substring(line, max(0.0, from_m), max(0.0, to_m))
+    return part if isinstance(part, LineString) else LineString([part, part])
+
+
+def _of_all(every: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
+    """Return the sets of a vehicle with several ways to go on, from the sets of each way.
+
+    It can go on as soon as one way is free, so each set takes one set of every way.
+    """
+    if not every or not all(every):
+        return []
+    if len(every) == 1:
+        return [list(some) for some in every[0]]
+    return [sorted({one for some in chosen for one in some}) for chosen in product(*every)]

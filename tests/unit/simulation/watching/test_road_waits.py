@@ -1,0 +1,110 @@
+"""Whom a standing vehicle waits for on the road, by positions on the five-by-five grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import pytest
+
+from loopgate.network import RoadNetwork
+from loopgate.simulation.watching.road_waits import LeadsOn, RoadWaits
+
+NETWORK = RoadNetwork.open("networks/grid5-priority.net.xml")
+(WAY,) = NETWORK.between("B2C2", "C2D2")
+(LEFT,) = NETWORK.between("C1C2", "C2B2")
+END_M = NETWORK.lanes["B2C2_0"].length_m
+LONG_S = 1000.0
+
+
+@dataclass
+class Scene:
+    """Vehicles by name: lane and position [m]; and the edges round them, where they matter."""
+
+    at: Mapping[str, tuple[str, float]]
+    edges: Mapping[str, tuple[str, list[str]]] = field(default_factory=dict)
+    lanes: Sequence[LeadsOn] | None = None
+    red: bool = False
+
+    def on_lanes(self) -> Iterable[tuple[str, str, float]]:
+        return [(vehicle, *there) for vehicle, there in self.at.items()]
+
+    def size(self, vehicle: str) -> tuple[float, float]:
+        del vehicle
+        return 5.0, 2.5
+
+    def edges_around(self, vehicle: str) -> tuple[str, list[str] | None]:
+        return self.edges.get(vehicle, ("", None))
+
+    def lanes_for(self, vehicle: str) -> Sequence[LeadsOn] | None:
+        return self.lanes if vehicle == "a" else None
+
+    def faces_red(self, vehicle: str) -> bool:
+        del vehicle
+        return self.red
+
+    def cycle_s(self, light: str) -> float:
+        del light
+        return 90.0
+
+    def sets(self, stood_s: float = 60.0) -> list[list[str]]:
+        """Return the sets of vehicle ``a``, which goes on from B2C2 to C2D2 if nothing else is said."""
+        self.edges = {"a": ("A2B2", ["C2D2", "D2E2"]), **self.edges}
+        waits = RoadWaits(NETWORK, self)
+        waits.look()
+        return waits.of("a", stood_s)
+
+
+HEAD = ("B2C2_0", END_M - 1.0)
+
+
+@pytest.mark.parametrize(
+    ("others", "sets"),
+    [
+        ({"b": ("C2D2_0", 6.0)}, [["b"]]),  # no room for it behind b
+        ({"b": ("C2D2_0", 20.0)}, []),
+        ({"b": (WAY.via[0], 8.0)}, [["b"]]),
+        ({"b": (LEFT.via[-1], 5.0)}, [["b"]]),  # inside, and not past the way of a
+        ({"b": ("C2C1_0", 0.3)}, [["b"]]),  # past it, but for its rear
+        ({"b": ("C2C1_0", 12.0)}, []),
+        ({"b": ("D2C2_0", END_M - 1.0)}, []),  # before the junction it is in nobody's way
+    ],
+)
+def test_the_first_in_line_waits_for_bodies_in_its_way(
+    others: dict[str, tuple[str, float]], sets: list[list[str]]
+) -> None:
+    """Beyond the junction, in it, and across it."""
+    edges = {"b": ("C3C2", ["C1B1"])}
+    assert Scene({"a": HEAD, **others}, edges).sets() == sets
+
+
+def test_inside_a_junction_before_the_last_edge_a_vehicle_waits_like_any_other() -> None:
+    """Its route ends on the next edge; SUMO tells no next link then."""
+    scene = Scene({"a": (WAY.via[0], 2.0), "b": ("C2D2_0", 2.0)}, {"a": ("B2C2", ["C2D2"])})
+    short = NETWORK.lanes[WAY.via[0]].length_m
+    scene.at = {"a": (WAY.via[0], short - 1.0), "b": ("C2D2_0", 7.0)}
+    assert scene.sets() == [["b"]]
+
+
+def test_a_queue_waits_for_its_leader_only() -> None:
+    """Whoever touches the next one."""
+    assert Scene({"a": ("B2C2_0", 20.0), "b": ("B2C2_0", 27.6)}).sets(LONG_S) == [["b"]]
+
+
+def test_when_nothing_around_has_changed_for_long_everybody_around_is_a_set() -> None:
+    """Not before the driver is impatient, and not at a red light."""
+    others = {"b": ("D2C2_0", END_M - 1.0), "c": ("C1C2_0", END_M - 1.0), "far": ("A4A3_0", 5.0)}
+    scene = Scene({"a": HEAD, **others})
+    assert scene.sets(100.0) == []
+    assert scene.sets(250.0) == [["b", "c"]]
+
+
+def test_a_light_that_is_red_ends() -> None:
+    """And so does the wait of whoever stands at it, unless there is no room beyond."""
+    network = RoadNetwork.open("networks/grid5-actuated.net.xml")
+    for others, sets in (({}, []), ({"b": ("C2D2_0", 6.0)}, [["b"]])):
+        scene = Scene({"a": HEAD, "c": ("C1C2_0", END_M - 1.0), **others}, red=True)
+        scene.edges = {"a": ("A2B2", ["C2D2", "D2E2"])}
+        waits = RoadWaits(network, scene)
+        waits.look()
+        assert waits.of("a", LONG_S) == sets
