@@ -9,7 +9,7 @@ from pathlib import Path
 import heart  # in analysis/
 import pytest
 
-from loopgate.control.motion import STANDING_MPS, time_s
+from loopgate.control.places import STANDING_MPS, time_s
 from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.network import RoadNetwork
 from loopgate.simulation.sumo.start import start_traffic

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from loopgate.audit import audit_events
-from loopgate.control import used_stops
+from loopgate.control import holds
 from loopgate.errors import ScenarioError
 from loopgate.model import read_system
 from loopgate.results.columns import EVENT, PLACE, STAGE, TIME
@@ -177,7 +177,7 @@ def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.Monk
         return vehicles
 
     monkeypatch.setattr(SumoTraffic, "halted", counting)
-    monkeypatch.setattr(used_stops, "_MOST", 2)
+    monkeypatch.setattr(holds, "_MOST", 2)
     simulate(
         Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0))
     )

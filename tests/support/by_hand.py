@@ -9,8 +9,8 @@ from itertools import pairwise
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control import blocking
-from loopgate.control.holdings import GRANTED, REFUSED
 from loopgate.control.layout import Layout
+from loopgate.control.ledger import GRANTED, REFUSED
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.refusal import Refusal
 from loopgate.gates import Gate, make_gate

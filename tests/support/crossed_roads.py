@@ -10,7 +10,7 @@ from by_hand import ByHand
 from small_roads import one_way_grid, road_system
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
-from loopgate.control.holdings import GRANTED
+from loopgate.control.ledger import GRANTED
 from loopgate.control.places import Vehicle
 from loopgate.gates import make_gate
 from loopgate.model import System

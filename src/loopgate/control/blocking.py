@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from math import inf
 
-from loopgate.control.gate import RoadGate
+from loopgate.control.chain import RoadGate
 from loopgate.control.keeping import PASSED_OVER
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle

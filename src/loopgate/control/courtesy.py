@@ -17,9 +17,9 @@ from collections.abc import Iterable
 from math import inf
 from typing import Final
 
-from loopgate.control.motion import STANDING_MPS, braking_m, safe_speed
 from loopgate.control.ordinary import comes, is_late
-from loopgate.control.places import MARGIN_M, Trip, Vehicle
+from loopgate.control.part import Part
+from loopgate.control.places import MARGIN_M, STANDING_MPS, Trip, Vehicle, braking_m, safe_speed
 from loopgate.control.roads import BEYOND_M, Lookout
 from loopgate.traffic.base import Traffic
 
@@ -62,7 +62,7 @@ class _Manners:
         return self.clear is not None or self.freed is not None or self.since_s < inf or self.stands_s < inf
 
 
-class Courtesy:
+class Courtesy(Part):
     """Keeps vehicles out of the next junction while they must give way and can still stop before it."""
 
     def __init__(self, traffic: Traffic) -> None:

@@ -26,8 +26,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.lights import passes_lights
-from loopgate.control.motion import braking_time_s, time_s
-from loopgate.control.places import Body, Foe, Pass, Trip, Vehicle
+from loopgate.control.places import Body, Foe, Pass, Trip, Vehicle, braking_time_s, time_s
 
 PAST: Final = 0
 BEFORE: Final = 1

@@ -7,10 +7,8 @@ from math import inf
 from typing import Final
 
 from loopgate.abstraction.itinerary import DrawnLeg, Track
-from loopgate.control.holdings import GRANTED, LEFT, REFUSED, TRESPASSED
-from loopgate.control.ledger import Ledger
-from loopgate.control.motion import STANDING_MPS
-from loopgate.control.places import Leg, Vehicle
+from loopgate.control.ledger import GRANTED, LEFT, REFUSED, TRESPASSED, Ledger
+from loopgate.control.places import STANDING_MPS, Leg, Vehicle
 
 Row = tuple[float, str, str, str, str]
 """An event: time [s], vehicle, event, place, reason."""

@@ -6,31 +6,316 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
+from typing import Final
+
+import numpy as np
 
 from loopgate.abstraction.itinerary import Track
-from loopgate.control.arrivals import Arrivals
-from loopgate.control.brakes import Brakes
+from loopgate.arrays import Floats
+from loopgate.control.chain import closes_by_turning
 from loopgate.control.courtesy import Courtesy
-from loopgate.control.diary import Diary, Row, look, write_down
-from loopgate.control.fronts import Fronts
-from loopgate.control.layout import Layout
-from loopgate.control.leading import may_turn_off, turn_off
+from loopgate.control.diary import LEAP_MPS, Diary, Row, Seen, look, write_down
+from loopgate.control.holds import Brakes, UsedStops
+from loopgate.control.layout import Drawings, Layout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
-from loopgate.control.paths import Paths
-from loopgate.control.places import Leg, Make, Vehicle
+from loopgate.control.part import Part
+from loopgate.control.places import STANDING_MPS, Body, Leg, Make, Vehicle
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
 from loopgate.control.stops import Stops
-from loopgate.control.totals import Totals
-from loopgate.control.used_stops import UsedStops
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import TAKEN_OUT, Event
-from loopgate.traffic.base import Traffic
+from loopgate.traffic.base import Insertion, Traffic
+
+
+class Paths:
+    """The paths that have been laid out, in a layout.
+
+    Vehicles with the same drawn legs share a path.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self._laid: dict[int, tuple[Drawings, list[Leg]]] = {}
+        """The drawn legs and their path, by identity of the drawn legs."""
+        self.places = layout.places
+        """The places, by name."""
+
+    def of(self, track: Track) -> list[Leg]:
+        """Return the legs of a path; it is laid out when it is first asked for."""
+        key = id(track.legs)
+        laid = self._laid.get(key)
+        if laid is None:
+            laid = self._laid[key] = track.legs, self._layout.path(track.legs)
+        return laid[1]
+
+    def lay(self, tracks: Iterable[Track]) -> None:
+        """Lay paths out before vehicles come."""
+        for track in tracks:
+            self.of(track)
+
+    def lay_more(
+        self, slots: Mapping[str, int], ways: Mapping[str, Drawings], diaries: Sequence[Diary]
+    ) -> None:
+        """Lay more paths out while vehicles drive; the places that exist stay.
+
+        Parameters
+        ----------
+        slots
+            The slots of all places.
+        ways
+            The drawn legs of all paths, by the name of the loop.
+        diaries
+            The diaries of the vehicles on the road.
+        """
+        laid = {id(diary.path): (diary.path, ways[diary.track.loop]) for diary in diaries}
+        self._layout.extend(slots, list(ways.values()), list(laid.values()))
+        self._laid.clear()
+
+    def lay_anew(self, layout: Layout) -> None:
+        """Use another layout; no vehicle is on the road."""
+        self._layout, self.places = layout, layout.places
+        self._laid.clear()
+
+
+_GAP_M: Final = 2.5
+"""The gap of a new vehicle to the vehicle ahead [m]."""
+
+
+class Arrivals:
+    """Inserts vehicles in SUMO, and puts them into the ledger in the step in which they depart."""
+
+    def __init__(self, traffic: Traffic, ledger: Ledger, paths: Paths) -> None:
+        self._traffic, self._ledger, self._paths = traffic, ledger, paths
+        self.coming: list[Track] = []
+        """The vehicles that shall depart in the next step, with their paths."""
+        self.missed: list[Track] = []
+        """The vehicles that found no space on the road in the last step, with their paths."""
+        self.departed_s: dict[str, float] = {}
+        """When each vehicle of `let_in` departed [s]."""
+
+    def let_in(self, track: Track, insertion: Insertion) -> bool:
+        """Let a vehicle depart in the next step; call it only if `is_clear` and `Ledger.fits` allow that.
+
+        Return False if SUMO cannot insert it so that it can brake for its stop line.
+        """
+        line = track.legs[track.position].line
+        self._traffic.put_in(track.vehicle, insertion)
+        try:
+            self._traffic.hold(track.vehicle, line.edge, line.lane, line.position_m)
+        except TrafficError:
+            self._traffic.take_out(track.vehicle)
+            return False
+        self.coming.append(track)
+        return True
+
+    def come(self, welcome: Callable[[Sequence[Track]], None]) -> None:
+        """Call `welcome` for each vehicle that has departed, before the ledger grants its slot to another."""
+        departed = set(self._traffic.departed()) if self.coming else set[str]()
+        coming, self.coming, self.missed = self.coming, [], []
+        for track in coming:
+            # Two vehicles that come in one step could close a circle together.
+            if track.vehicle in departed and self._ledger.fits(self._paths.of(track)[track.position]):
+                welcome([track])
+                self._ledger.vehicles[track.vehicle].held = True
+                self.departed_s[track.vehicle] = self._traffic.now_s - self._traffic.step_s
+            else:
+                self._traffic.take_out(track.vehicle)
+                self.missed.append(track)
+
+    def is_clear(self, track: Track, gap_m: float = _GAP_M) -> bool:
+        """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
+
+        `gap_m`: the gap that the vehicle keeps to them [m].
+        """
+        leg = self._paths.of(track)[track.position]
+        clear_m = track.front_m - leg.begin_m + gap_m
+        if leg.place.is_full():
+            return False
+        for body in leg.place.bodies:
+            other = body.vehicle
+            rear_m = other.front_m - body.begin_m - other.make.length_m
+            if rear_m < clear_m or (other.parks and other.stops_here()):
+                return False
+        return True
+
+
+class Fronts:
+    """The fronts of all vehicles after the last step.
+
+    `names`: the vehicles, in the order of their rows.
+    """
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self.names: list[str] = []
+        self._fronts_m: list[float] = []
+        self._offsets_m: list[float] = []
+        self._at_m: Floats = np.zeros(0)
+        self._offset_m: Floats = np.zeros(0)
+        self._changed = False
+        """Whether the lists have changed since the arrays were made of them."""
+
+    @property
+    def at_m(self) -> Floats:
+        """The arc length of each front along its path [m]."""
+        self._settle()
+        return self._at_m
+
+    def _settle(self) -> None:
+        if self._changed:
+            self._changed = False
+            self._at_m, self._offset_m = np.array(self._fronts_m), np.array(self._offsets_m)
+
+    def add(self, vehicles: Sequence[Vehicle]) -> None:
+        """Add vehicles that have come, with their fronts as they are now."""
+        names = [vehicle.name for vehicle in vehicles]
+        odometers: list[float] = self._traffic.odometers(names).tolist()
+        for vehicle, odometer in zip(vehicles, odometers, strict=True):
+            self._fronts_m.append(vehicle.front_m)
+            self._offsets_m.append(vehicle.front_m - odometer)
+        self.names += names
+        self._changed = True
+
+    def drop(self, row: int) -> None:
+        """Drop the vehicle in a row; the rows after it move up."""
+        del self.names[row], self._fronts_m[row], self._offsets_m[row]
+        self._changed = True
+
+    def shift(self, row: int, by_m: float) -> None:
+        """Note that the vehicle in a row changes to another path, where arc lengths are `by_m` larger."""
+        self._fronts_m[row] += by_m
+        self.jumped(row, by_m)
+
+    def jumped(self, row: int, skipped_m: float) -> None:
+        """Note that SUMO moved the vehicle in a row `skipped_m` ahead; its odometer does not count that."""
+        self._offsets_m[row] += skipped_m
+        self._changed = True
+
+    def offset_m(self, row: int) -> float:
+        """Return the arc length of a front minus the odometer of its vehicle [m]."""
+        return self._offsets_m[row]
+
+    def read(self, there: int) -> tuple[list[float], float]:
+        """Read all fronts; return them, and how far the first `there` vehicles came since the last call [m].
+
+        The distance is the sum over these vehicles.
+        """
+        before = self.at_m
+        self._at_m = self._traffic.odometers(self.names) + self._offset_m
+        self._fronts_m = self._at_m.tolist()
+        return self._fronts_m, float(np.add.reduce((self._at_m - before)[:there]))
+
+    def odometer(self, row: int) -> float:
+        """Return the odometer of the vehicle in a row as it was after the last step [m]."""
+        return self._fronts_m[row] - self._offsets_m[row]
+
+    def odometers(self) -> Floats:
+        """Return the odometers as they were after the last step [m]."""
+        return self.at_m - self._offset_m
+
+
+class Totals:
+    """Sums over the vehicles on the road and the vehicles that have left.
+
+    `stood_s`: how long vehicles have stood on each edge since `counts_from_s` [s]. `leaps`: vehicle, time [s]
+    and length [m] of each leap of an odometer.
+    """
+
+    def __init__(self, traffic: Traffic) -> None:
+        self._traffic = traffic
+        self.stood_s: dict[str, float] = {}
+        self.counts_from_s = 0.0
+        self.leaps: list[tuple[str, float, float]] = []
+        self._steps = self._standing = 0
+        self._driven_m = 0.0
+        self._laps = self._told_laps = 0
+        """Laps of vehicles that have left, and laps that `take_flow` has returned so far."""
+
+    def leaves(self, diary: Diary) -> None:
+        """Keep the laps of a vehicle that leaves."""
+        self._laps += diary.all_laps
+
+    def look(self, seen: Seen, there: int, driven_m: float) -> None:
+        """Count one step, in which the first `there` vehicles came `driven_m` [m] in all."""
+        self._steps += 1
+        self._driven_m += driven_m
+        for diary, moved_m in seen.fast:
+            if moved_m > (diary.vehicle.make.top + LEAP_MPS) * self._traffic.step_s:
+                self._note_leap(diary, moved_m, self._traffic.now_s)
+        # A vehicle does not move in the step in which it departs.
+        standing = [diary for diary in seen.still if diary.vehicle.row < there]
+        self._stand(standing, self._traffic.step_s, self._traffic.now_s)
+
+    def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
+        self._standing += len(diaries)
+        if now_s >= self.counts_from_s:
+            stood_s = self.stood_s
+            for diary in diaries:
+                diary.stands(step_s, now_s)
+                stood_s[diary.edge] = stood_s.get(diary.edge, 0.0) + step_s
+
+    def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:
+        name = diary.vehicle.name
+        true_mps = self._traffic.speed(name)
+        leap_m = moved_m - true_mps * self._traffic.step_s
+        diary.leapt_m += leap_m
+        self._driven_m -= leap_m
+        self.leaps.append((name, now_s, leap_m))
+        if true_mps < STANDING_MPS:
+            self._stand([diary], self._traffic.step_s, now_s)
+
+    def take_flow(self, diaries: Sequence[Diary]) -> tuple[int, float, float, int]:
+        """Return the number of vehicles and the flow since the last call.
+
+        The flow is the mean number of vehicles that stood, the distance of all vehicles [m], and their laps.
+        """
+        laps = self._laps + sum(diary.all_laps for diary in diaries)
+        told = len(diaries), self._standing / max(1, self._steps), self._driven_m, laps - self._told_laps
+        self._steps = self._standing = 0
+        self._driven_m = 0.0
+        self._told_laps = laps
+        return told
+
+
+def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
+    """Return whether a vehicle can now change to another path, on which its place is `leg`.
+
+    It can if it holds its place and nothing else, is neither steered nor a mover, and closes no circle of
+    full places by the change.
+    """
+    if not vehicle.is_settled() or vehicle.steered or vehicle.mover:
+        return False
+    return not closes_by_turning(vehicle, leg)
+
+
+def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
+    """Move a vehicle to another path, where it goes on from `leg`.
+
+    Return by how much arc lengths on the new path are larger [m]. `make`, `lap_m`: properties of the vehicle
+    and length of the lap on the new path.
+    """
+    withdraw(ledger, vehicle)
+    by_m = vehicle.turn_off(leg, make, lap_m)
+    body, place = vehicle.bodies[0], leg.place
+    out_m = vehicle.line_m + make.length_m
+    vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
+    ledger.consider(vehicle)
+    return by_m
+
+
+def withdraw(ledger: Ledger, vehicle: Vehicle) -> None:
+    """Forget the request of a vehicle and why it was refused; its wait so far still counts."""
+    if vehicle.asks:
+        vehicle.longest_s = max(vehicle.longest_s, ledger.now_s - vehicle.since_s)
+    ledger.withdraw(vehicle)
+    vehicle.reason = ""
+    vehicle.refused_s.clear()
 
 
 class Driving:
@@ -89,10 +374,13 @@ class Driving:
         self.steering = Steering(traffic, self.rows)
         self.brakes = Brakes(traffic, self.rows)
         self.used_stops = UsedStops(traffic)
-        self.lights = Lights(traffic)
+        self.lights, self._lit = Lights(traffic), layout.is_lit
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
+        self.parts: list[Part] = [self.steering, self.brakes, self.used_stops, self.lights, self._courtesy]
+        """What keeps something of each vehicle."""
+        self.parts += [self.stops] if spacing is None else [self.stops, spacing]
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
         self.on_leaving: Callable[[Diary, str], None] = lambda _diary, _why: None
@@ -154,11 +442,10 @@ class Driving:
         for diary in fresh:
             self.ledger.passed(diary.vehicle)
         for track in tracks:
-            vehicle, again = self.ledger.vehicles[track.vehicle], bool(track.renewed_on)
-            self.stops.take_in(vehicle, track.edges, track.renewed_on, again=again)
-            if self._spacing is not None:
-                self._spacing.take_in(vehicle, track.loop)
-            if again:
+            vehicle = self.ledger.vehicles[track.vehicle]
+            for part in self.parts:
+                part.take_in(vehicle, track)
+            if track.renewed_on:
                 self._round[track.vehicle] = self.paths.of(track)
         if any(track.vehicle in self._round for track in tracks):
             self._leave_room()
@@ -202,14 +489,8 @@ class Driving:
         self.changes += 1
         if self._round.pop(name, None) is not None:
             self._leave_room()
-        self.steering.forget(vehicle)
-        self.brakes.forget(vehicle)
-        self.used_stops.forget(vehicle)
-        self.lights.forget(vehicle)
-        self._courtesy.forget(vehicle)
-        self.stops.forget(vehicle)
-        if self._spacing is not None:
-            self._spacing.forget(vehicle)
+        for part in self.parts:
+            part.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
         del self.diaries[row]
         self.fronts.drop(row)
@@ -230,12 +511,10 @@ class Driving:
         row = vehicle.row
         self.fronts.shift(row, by_m)
         self.diaries[row].turns_off(track, path, by_m)
-        self.used_stops.turned_off(vehicle)
+        for part in self.parts:
+            part.turned_off(vehicle, track)
         if vehicle.name in self._round:
             self._round[vehicle.name] = path
-        if self._spacing is not None:
-            self._spacing.forget(vehicle)
-            self._spacing.take_in(vehicle, track.loop)
         self.changes += 1
         self.rows.append(
             (self._traffic.now_s, vehicle.name, Event.REROUTE, vehicle.leg.place.name, track.loop)
@@ -261,8 +540,7 @@ class Driving:
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
         for name in self._traffic.arrived():
-            if name in self.ledger.vehicles:
-                self.leave(name, self._why_gone(name))
+            self._arrives(name)
         there = len(self.diaries)
         self.arrivals.come(self.welcome)
         fronts_m, driven_m = self.fronts.read(there)
@@ -278,13 +556,19 @@ class Driving:
             if vehicle.held:
                 self._hold(vehicle)
             self.ledger.consider(vehicle)
-        self.stops.look()
+        if self.stops.any:
+            self.stops.look()
         self.answer()
         self.used_stops.look(self.diaries)
         if self._spacing is not None:
             self._spacing.look()
         if self._gated:
             self.steering.look_for_strays(self.diaries)
+
+    def _arrives(self, name: str) -> None:
+        """Release a vehicle that SUMO has taken off the road, if it is under the ledger."""
+        if name in self.ledger.vehicles:
+            self.leave(name, self._why_gone(name))
 
     def _why_gone(self, name: str) -> str:
         """Return whether a vehicle that SUMO calls arrived was at the end of its route."""
@@ -305,23 +589,29 @@ class Driving:
         self.on_answer(self.ledger.decisions - decisions, perf_counter() - began)
         gone, stay = write_down(self.ledger, self.diaries, self.rows, self.stages)
         for vehicle in gone:
-            if vehicle.held:
-                vehicle.held = vehicle.halted = False
-                if self.diaries[vehicle.row].goes_on(now_s):
-                    self.rows.append((now_s, vehicle.name, Event.GO, vehicle.leg.place.name, ""))
-                if not self.steering.leads_back(vehicle):
-                    self._traffic.release(vehicle.name)
-            if vehicle.steered:
-                before = vehicle.granted - 1
-                drawn = self.diaries[vehicle.row].drawn(before)
-                laps_m = before // len(self.diaries[vehicle.row].track.legs) * vehicle.lap_m
-                self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
+            self._go(vehicle, now_s)
         for vehicle in stay:
             if not vehicle.held:
                 self._hold(vehicle)
-        self.lights.look(gone, stay)
+        if self._lit:
+            self.lights.look(gone, stay)
         if self.is_courteous:
             self._courtesy.look(gone)
+
+    def _go(self, vehicle: Vehicle, now_s: float) -> None:
+        """Let a vehicle drive that has got a grant, and keep it to the lanes of its path."""
+        diary = self.diaries[vehicle.row]
+        if vehicle.held:
+            vehicle.held = vehicle.halted = False
+            if diary.goes_on(now_s):
+                self.rows.append((now_s, vehicle.name, Event.GO, vehicle.leg.place.name, ""))
+            if not self.steering.leads_back(vehicle):
+                self._traffic.release(vehicle.name)
+        if vehicle.steered:
+            before = vehicle.granted - 1
+            drawn = diary.drawn(before)
+            laps_m = before // len(diary.track.legs) * vehicle.lap_m
+            self.steering.begin(vehicle, drawn.guides, laps_m + drawn.end_m)
 
     def _halts(self, diary: Diary, now_s: float) -> None:
         """Record that a vehicle has come to rest at the stop line where it is held."""

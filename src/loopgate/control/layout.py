@@ -36,6 +36,8 @@ class Layout:
         on_path: Callable[[list[Leg], Drawings], None] | None = None,
     ) -> None:
         self._signals, self._on_path = signals, on_path
+        self.is_lit = bool(signals)
+        """Whether some movement has a light that is obeyed."""
         self.places: dict[str, Place] = {}
         self._movements: dict[str, Movement] = {}
         self.extend(slots, ways)

@@ -22,8 +22,8 @@ from math import inf
 from typing import Final
 
 from loopgate.control.lamps import ARROW, OPEN, RED, Signal
-from loopgate.control.motion import STANDING_MPS, braking_m, time_s
-from loopgate.control.places import Leg, Pass, Trip, Vehicle
+from loopgate.control.part import Part
+from loopgate.control.places import STANDING_MPS, Leg, Pass, Trip, Vehicle, braking_m, time_s
 from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
 
@@ -97,7 +97,7 @@ def _slow_s(vehicle: Vehicle, signal: Signal, distance_m: float) -> float:
     return time_s(distance_m, vehicle.speed, _SLOW_ACCEL * make.accel, _SLOW_SPEED * top)
 
 
-class Lights:
+class Lights(Part):
     """Lets granted vehicles pass at amber, and stops them at red if they can still brake.
 
     `on_red`: how often a vehicle passed a light on red. `grants`: number of grants that led past a light.

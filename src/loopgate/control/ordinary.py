@@ -19,8 +19,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import Final
 
-from loopgate.control.motion import STANDING_MPS, time_s
-from loopgate.control.places import Vehicle
+from loopgate.control.places import STANDING_MPS, Vehicle, time_s
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.roads import BEYOND_M, Coming, Lookout, Other
 from loopgate.control.sight import HORIZON_S, Sight

@@ -17,8 +17,7 @@ from typing import Final, NamedTuple
 from loopgate.control.chain import closes_by_returning
 from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
-from loopgate.control.motion import STANDING_MPS, braking_m
-from loopgate.control.places import Body, Place, Vehicle
+from loopgate.control.places import STANDING_MPS, Body, Place, Vehicle, braking_m
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
 

@@ -9,7 +9,7 @@ from collections.abc import Container, Sequence
 from math import inf
 from typing import Final
 
-from loopgate.control.motion import STANDING_MPS
+from loopgate.control.places import STANDING_MPS
 from loopgate.control.roads import Coming, Edge, Lane, Other, Rear, Turn
 from loopgate.traffic.base import Traffic
 

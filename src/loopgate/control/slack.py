@@ -13,8 +13,7 @@ from collections.abc import Iterable
 from math import floor, inf
 from typing import Final
 
-from loopgate.control.motion import STANDING_MPS
-from loopgate.control.places import Body, Leg, Place, Vehicle
+from loopgate.control.places import STANDING_MPS, Body, Leg, Place, Vehicle
 from loopgate.control.roads import Edge, Lane, Other, Stretch
 from loopgate.control.sight import AHEAD
 

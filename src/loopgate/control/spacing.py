@@ -12,6 +12,8 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from typing import Final
 
+from loopgate.abstraction.itinerary import Track
+from loopgate.control.part import Part
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
@@ -69,7 +71,7 @@ class Ring:
         return ends_s[k - 1] + share * (ends_s[k] - ends_s[k - 1])
 
 
-class Spacing:
+class Spacing(Part):
     """Holds or advises vehicles that are ahead on their loop.
 
     Parameters
@@ -86,12 +88,17 @@ class Spacing:
         self._next_s = 0.0
         self._told: dict[Vehicle, float] = {}
 
-    def take_in(self, vehicle: Vehicle, loop: str) -> None:
+    def take_in(self, vehicle: Vehicle, track: Track) -> None:
         """Add a vehicle that has come."""
-        ring = self._rings.get(loop)
+        ring = self._rings.get(track.loop)
         if ring is not None:
             self._on[vehicle] = ring
             ring.vehicles[vehicle] = None
+
+    def turned_off(self, vehicle: Vehicle, track: Track) -> None:
+        """Space a vehicle on another loop."""
+        self.forget(vehicle)
+        self.take_in(vehicle, track)
 
     def forget(self, vehicle: Vehicle) -> None:
         """Drop a vehicle that has left the ledger."""

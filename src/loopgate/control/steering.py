@@ -24,8 +24,8 @@ from typing import Final
 
 from loopgate.abstraction.itinerary import Guide
 from loopgate.control.diary import Diary, Row
-from loopgate.control.motion import STANDING_MPS
-from loopgate.control.places import Vehicle
+from loopgate.control.part import Part
+from loopgate.control.places import STANDING_MPS, Vehicle
 from loopgate.errors import TrafficError
 from loopgate.network.loop import LanePosition
 from loopgate.results.columns import Event
@@ -65,7 +65,7 @@ class _Guides:
         return self.past_m() >= (0.0 if self.guides[0].to_lane is None else self.vehicle.make.length_m)
 
 
-class Steering:
+class Steering(Part):
     """Sets the stops that keep vehicles on their lanes, and removes them in time."""
 
     def __init__(self, traffic: Traffic, rows: list[Row]) -> None:

@@ -11,11 +11,12 @@ from contextlib import suppress
 from math import inf
 from typing import Final
 
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
-from loopgate.control.motion import braking_m
 from loopgate.control.parking import Parking
-from loopgate.control.places import Vehicle
+from loopgate.control.part import Part
+from loopgate.control.places import Vehicle, braking_m
 from loopgate.errors import TrafficError
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Traffic
@@ -68,7 +69,7 @@ class _StopsAhead:
         self.since_s = inf
 
 
-class Stops:
+class Stops(Part):
     """Gives SUMO the stops of vehicles, and tells the ledger where the next ones are.
 
     Parameters
@@ -98,26 +99,21 @@ class Stops:
         self.made: dict[str, tuple[int, float]] = {}
         """For each vehicle, how many stops it has made, and how long it stood at them [s]."""
 
-    def __bool__(self) -> bool:
-        return bool(self._stops)
+        self.any: Final = bool(self._stops)
+        """Whether some vehicle has stops; otherwise there is nothing to look at."""
 
-    def take_in(
-        self, vehicle: Vehicle, edges: Sequence[tuple[float, str]], renewed_on: str, *, again: bool
-    ) -> None:
-        """Set the stops of a vehicle that has come.
-
-        `edges`: where each edge of its loop begins [m], and its name. `renewed_on`: the edge on which its
-        route is renewed. `again`: whether it drives a loop.
-        """
+    def take_in(self, vehicle: Vehicle, track: Track) -> None:
+        """Set the stops of a vehicle that has come."""
         stops, lap_m = self._stops.get(vehicle.name), vehicle.lap_m
         if not stops:
             return
-        passes = [[begin + stop.end_m for begin, edge in edges if edge == stop.edge] for stop in stops]
+        again = bool(track.renewed_on)
+        passes = [[begin + stop.end_m for begin, edge in track.edges if edge == stop.edge] for stop in stops]
         since = [
             min((stop.arc_m - at - _PAST_M) % lap_m + _PAST_M for at in some)
             for stop, some in zip(stops, passes, strict=True)
         ]
-        way = self._ways[vehicle.name] = _StopsAhead(vehicle, stops, since, renewed_on, again=again)
+        way = self._ways[vehicle.name] = _StopsAhead(vehicle, stops, since, track.renewed_on, again=again)
         first_m = vehicle.front_m + braking_m(vehicle.speed, vehicle.make.decel, self._traffic.step_s)
         behind = [] if again else [n for n, stop in enumerate(stops) if stop.arc_m < first_m]
         for number in behind:

@@ -9,8 +9,8 @@ from time import perf_counter
 from typing import Final
 
 from loopgate.abstraction.itinerary import Track
+from loopgate.control.chain import ChainGate
 from loopgate.control.driving import Driving
-from loopgate.control.gate import ChainGate
 from loopgate.control.ledger import Ledger, Order
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing

@@ -13,8 +13,7 @@ from xml.etree import ElementTree as ET
 
 import sumo
 
-from loopgate.control.motion import braking_m
-from loopgate.control.places import MARGIN_M
+from loopgate.control.places import MARGIN_M, braking_m
 from loopgate.errors import TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.network.vehicle_type import VehicleType

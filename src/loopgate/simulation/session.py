@@ -188,7 +188,7 @@ class StopFigures:
     def report(self) -> dict[str, Any]:
         """Return the figures of stops for ``summary.json``."""
         stops, parking = self._stops, self._parking
-        if not stops:
+        if not stops.any:
             return {}
         return {
             "stops": {

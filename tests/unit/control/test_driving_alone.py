@@ -9,7 +9,7 @@ from fake_traffic import FakeTraffic, FakeVehicle
 from shared_road import LAP_M, SharedRoad, track_of, vehicle_at
 
 from loopgate.abstraction.itinerary import DrawnLeg, Round, Track
-from loopgate.control import used_stops
+from loopgate.control import holds
 from loopgate.control.driving import Driving
 from loopgate.control.layout import Layout
 from loopgate.control.ledger import Ledger
@@ -244,7 +244,7 @@ def test_used_stops_are_forgotten_on_two_edges_of_a_round(
     most: int, edges: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Once a vehicle has made more than some, and has no stop ahead; then they are counted anew."""
-    monkeypatch.setattr(used_stops, "_MOST", most)
+    monkeypatch.setattr(holds, "_MOST", most)
     forgotten: list[tuple[str, str]] = []
 
     def forget(traffic: FakeTraffic, vehicle: str, edge: str, route: str, alone: str) -> bool:

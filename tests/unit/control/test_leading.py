@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from loopgate.control.leading import may_turn_off, turn_off
+from loopgate.control.driving import may_turn_off, turn_off
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Make, Place, joined, path_of
 from loopgate.control.rules import usual

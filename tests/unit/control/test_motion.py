@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from loopgate.control.motion import braking_m, braking_time_s, safe_speed, time_s
+from loopgate.control.places import braking_m, braking_time_s, safe_speed, time_s
 
 
 @pytest.mark.parametrize(

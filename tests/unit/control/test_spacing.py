@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from random import Random
+from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, path_of
 from loopgate.control.rules import usual
@@ -36,7 +38,7 @@ def on_a_ring(fronts_m: list[float], *, advises: bool = False) -> tuple[Ledger, 
     for number, front_m in enumerate(fronts_m):
         vehicle = ledger.take_in(f"v{number}", path, 0 if front_m % 200.0 < 100.0 else 1, lap_m=200.0)
         vehicle.front_m = front_m
-        spacing.take_in(vehicle, "loop")
+        spacing.take_in(vehicle, cast("Track", SimpleNamespace(loop="loop")))
     return ledger, spacing, ring, told
 
 

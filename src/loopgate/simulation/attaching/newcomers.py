@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Track, rounds_from
-from loopgate.control.motion import braking_m
+from loopgate.control.places import braking_m
 from loopgate.errors import TrafficError
 from loopgate.network import Loop, VehicleType
 from loopgate.simulation.attaching.plan import Plan

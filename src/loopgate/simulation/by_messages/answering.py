@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.control.chain import closes
-from loopgate.control.gate import ChainGate
+from loopgate.control.chain import ChainGate, closes
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Vehicle
 from loopgate.errors import ScenarioError

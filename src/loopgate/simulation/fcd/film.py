@@ -13,7 +13,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 
 from loopgate.arrays import Floats
-from loopgate.control.motion import STANDING_MPS
+from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.network.xml_file import open_xml
 from loopgate.simulation.fcd.frames import Seen

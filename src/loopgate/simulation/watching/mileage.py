@@ -11,7 +11,7 @@ from math import nan
 import numpy as np
 
 from loopgate.arrays import Ints
-from loopgate.control.motion import STANDING_MPS
+from loopgate.control.places import STANDING_MPS
 from loopgate.simulation.watching.flow import Row
 from loopgate.simulation.watching.trips import Trip
 from loopgate.traffic.base import Traffic

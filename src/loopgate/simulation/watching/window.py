@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from loopgate.control.motion import STANDING_MPS
+from loopgate.control.places import STANDING_MPS
 from loopgate.network import Loop
 from loopgate.simulation.drive import Drive
 
