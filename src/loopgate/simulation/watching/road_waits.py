@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 from shapely import LineString
 from shapely.ops import substring
 
-from loopgate.control.motion import STANDING_MPS
+from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.network.records import Lane
 from loopgate.traffic.base import Traffic
