@@ -330,3 +330,18 @@ def test_a_stop_of_the_owner_at_the_line_does_not_end_the_hold_there(gate: loopg
     steps(gate, 20)
     assert made > 30
     assert figures(gate) == [0] * len(CLEAN)
+
+
+def test_why_a_vehicle_waits(gate: loopgate.Attached) -> None:
+    """In words, with the street that is closed, or the vehicle that stands; nothing for one that drives."""
+    gate.block("C2C1", "v1")
+    said = set()
+    for _ in range(120):
+        steps(gate, 1)
+        said |= {gate.why(vehicle) for vehicle in gate.vehicles}
+    assert "" in said
+    assert any(words.startswith("another stands before it: v") for words in said)
+    assert any(words.startswith("a vehicle stands there for long: v1 (breakdown)") for words in said)
+    assert any(words.startswith("a conflicting movement has the crossing; it waits for v") for words in said)
+    with pytest.raises(TrafficError, match="v99"):
+        gate.why("v99")

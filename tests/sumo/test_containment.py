@@ -98,3 +98,26 @@ def test_breakdowns_at_any_time_end_in_no_lock_and_no_collision(tmp_path: Path, 
     assert summary["clean"]
     assert (summary["outcome"], summary["deadlocks"], summary["starving"]) == ("done", [], [])
     assert any(one["place"] != other["place"] for one, other in pairwise(summary["standing"]["blocked"]))
+
+
+LOOP = (
+    '<routes><route id="a" edges="B2C2 C2C1 C1B1 B1B2"><stop lane="C2C1_0" endPos="40" duration="5"/></route>'
+    '<vehicle id="x" route="a" depart="0"/><vehicle id="y" route="a" depart="0"/></routes>'
+)
+
+
+@pytest.mark.parametrize(
+    ("incident", "reason"),
+    [('closures]]\nedge = "C2C1"', "closed"), ('breakdowns]]\nvehicle = "x"', "blocked")],
+)
+def test_the_reason_says_what_is_closed_or_who_stands(incident: str, reason: str, tmp_path: Path) -> None:
+    """A vehicle that must stop on the street cannot be led round it; its wait is booked under that."""
+    (tmp_path / "incidents.toml").write_text(f"[[{incident}\nfrom = 45\nto = 400\n", encoding="utf-8")
+    (tmp_path / "loop.rou.xml").write_text(LOOP, encoding="utf-8")
+    files: dict[str, Any] = {"routes": str(tmp_path / "loop.rou.xml"), "duration_s": 600.0}
+    scenario = Scenario(network=NETWORK, incidents=str(tmp_path / "incidents.toml"), **files)
+    summary = simulate(scenario, tmp_path / "run")
+    assert (summary["outcome"], summary["deadlocks"], summary["audit"]) == ("done", [], "clean")
+    assert summary["refusals"] == {reason: 1}
+    assert summary["longest_waits_s"][reason] > 300.0
+    assert {one["until_s"] for one in summary["standing"]["blocked"]} >= {400.0}

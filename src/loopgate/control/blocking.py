@@ -36,14 +36,22 @@ def blockers(vehicle: Vehicle, everybody: Collection[Vehicle], gate: RoadGate) -
         return [[body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]]
     if vehicle.reason == Reason.CROSSING:
         return [*_late(ways, vehicle), *([other] for other in _on_the_way(vehicle))]
-    if vehicle.reason == Reason.SERVICE:
-        return [[other] for other in _named([wanted.mover, *ways], vehicle) if other.mover]
+    if vehicle.reason in {Reason.SERVICE, Reason.BLOCKED}:
+        movers = [other for other in _named([wanted.mover, *ways], vehicle) if other.mover]
+        stand = [other for other in everybody if other.stands and _stands_before(other, vehicle)]
+        return [[other] for other in (movers if vehicle.reason == Reason.SERVICE else stand)]
     names = gate.blockers(vehicle) if vehicle.reason != Reason.RESERVE else []
     found = [other for other in everybody if other.name in names]
     known = vehicle.reason in _KNOWN
     if known and not found:
         found = [other for other in everybody if other is not vehicle]
     return [found] if known or found else []
+
+
+def _stands_before(other: Vehicle, vehicle: Vehicle) -> bool:
+    """Return whether another vehicle stands in the place that a vehicle wants next, or on the way there."""
+    wanted = vehicle.wanted()
+    return any(body.place is wanted for body in other.bodies) or other in _on_the_way(vehicle)
 
 
 def _named(some: Iterable[Vehicle | None], vehicle: Vehicle) -> list[Vehicle]:

@@ -314,7 +314,7 @@ def withdraw(ledger: Ledger, vehicle: Vehicle) -> None:
     if vehicle.asks:
         vehicle.longest_s = max(vehicle.longest_s, ledger.now_s - vehicle.since_s)
     ledger.withdraw(vehicle)
-    vehicle.reason = ""
+    vehicle.reason = vehicle.cause = ""
     vehicle.refused_s.clear()
 
 

@@ -113,15 +113,16 @@ class Holdings:
         self._wake_watchers(vehicle, inf)
 
     def fits(self, leg: Leg) -> bool:
-        """Return whether a vehicle may join the line on a leg: a slot is free, and no circle closes."""
-        return not leg.place.is_full() and not closes_by_entering(leg)
+        """Return whether a vehicle may join the line on a leg: open, with a slot, and no circle closes."""
+        place = leg.place
+        return not place.closed and not place.is_full() and not closes_by_entering(leg)
 
     def ask(self, vehicle: Vehicle) -> None:
         """Take a vehicle's request for its next place; the answer comes once the vehicle heads its line."""
         if not vehicle.asks:
             vehicle.asks = True
             vehicle.since_s = self.now_s
-            vehicle.reason = ""
+            vehicle.reason = vehicle.cause = ""
             vehicle.answered = False
             self._requests += 1
             vehicle.request = self._requests
@@ -407,15 +408,15 @@ class Ledger(Holdings):
     def grant(self, vehicle: Vehicle) -> None:
         """Grant the request of a vehicle."""
         self.withdraw(vehicle)
-        vehicle.reason = ""
+        vehicle.reason = vehicle.cause = ""
         vehicle.refused_s.clear()
         vehicle.longest_s = max(vehicle.longest_s, self.now_s - vehicle.since_s)
         self._go_on(vehicle)
 
     def refuse(self, vehicle: Vehicle, refusal: Refusal) -> None:
         """Note the refusal of a vehicle; what the refusal names wakes the vehicle."""
-        if vehicle.reason != refusal.reason:
-            vehicle.reason = refusal.reason
+        if vehicle.reason != refusal.reason or vehicle.cause != refusal.cause:
+            vehicle.reason, vehicle.cause = refusal.reason, refusal.cause
             vehicle.refused_s.setdefault(refusal.reason, self.now_s)
             wanted = vehicle.wanted() or vehicle.leg.place
             self.log.append((REFUSED, vehicle, wanted, refusal.reason, refusal.stage))
@@ -430,6 +431,12 @@ class Ledger(Holdings):
         if refusal.passed is not None:
             refusal.passed.watchers.append((refusal.passed_m, vehicle))
             self._aim(refusal.passed)
+
+    def close(self, place: Place, reason: str, cause: str) -> None:
+        """Refuse all vehicles that want to enter a place for this reason; an empty reason opens it again."""
+        if (place.closed, place.cause) != (reason, cause):
+            place.closed, place.cause = reason, cause
+            self._wake_waiting(place)
 
     def shut(self, place: Place) -> None:
         """Close a place to vehicles for the next answer, until `open_up`."""

@@ -124,7 +124,7 @@ def has_slot_for(vehicle: Vehicle, *, first: bool = False) -> bool:
     """
     place = vehicle.leg.place
     free = place.slots - len(place.bodies)
-    if free <= 0 or place.shut or place.mover is not None:
+    if free <= 0 or place.shut or place.closed or place.mover is not None:
         return False
     if free == 1 and place.kept_for is not None and not first:
         return False

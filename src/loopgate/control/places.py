@@ -78,12 +78,14 @@ class Place:
     road. `waiting`: vehicles elsewhere that are woken when a vehicle leaves the line or a rear leaves the
     place. `kept_for`: the vehicle for which the last slot is kept. `mover`: the vehicle for which slots are
     kept because its move lets a served vehicle go on. `barred`: whether only the mover may enter. `shut`:
-    whether no vehicle may enter for now. `outside`: how many vehicles wait to depart here, or in places
-    before up to the junction.
+    whether no vehicle may enter for now. `closed`: the reason of refusal while it is closed or blocked, or
+    ""; `cause`: as in `Refusal`. `outside`: how many vehicles wait to depart here, or in places before up to
+    the junction.
     """
 
     __slots__ = (
-        "barred", "bodies", "kept_for", "line", "mover", "name", "outside", "shut", "slots", "waiting",
+        "barred", "bodies", "cause", "closed", "kept_for", "line", "mover", "name", "outside", "shut",
+        "slots", "waiting",
     )  # fmt: skip
 
     def __init__(self, name: str, slots: int) -> None:
@@ -95,6 +97,7 @@ class Place:
         self.kept_for: Vehicle | None = None
         self.mover: Vehicle | None = None
         self.barred = self.shut = False
+        self.closed = self.cause = ""
         self.outside = 0
 
     def is_full(self) -> bool:
@@ -308,7 +311,9 @@ class Vehicle:
     of the request. `answered`: whether an answer has looked at it. `woken`: whether the next answer looks at
     it. `reason`: why it was last refused, or "". `refused_s`: since when it is refused, by reason [s].
     `blocked_s`: when the chain rule last refused it [s]. `mover`: whether its move lets a served vehicle go
-    on. `withheld`: why it gets no grant for now, or "".
+    on. `withheld`: why it gets no grant for now, or "". `cause`: of its last refusal, see `Refusal`.
+
+    `stands`: the cause for which it stands for long and blocks other vehicles, or "".
 
     What it holds: `leg`, `granted`: the last granted leg, and its number on the endless path. `bodies`,
     `trips`: its slots and its grants over movements, in the order of its path. `back_m`: arc length of its
@@ -327,10 +332,11 @@ class Vehicle:
     """
 
     __slots__ = (
-        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "due_m", "front_m",
-        "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "lot_m", "make",
-        "mover", "name", "near", "number", "parks", "reason", "refused_s", "request", "row", "since_s",
-        "speed", "steered", "stood_s", "stop_m", "trips", "watchers", "withheld", "woken",
+        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "due_m",
+        "front_m", "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "lot_m",
+        "make", "mover", "name", "near", "number", "parks", "reason", "refused_s", "request", "row",
+        "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips", "watchers", "withheld",
+        "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -358,7 +364,7 @@ class Vehicle:
         self.stop_m = inf
         self.lot_m = 0.0
         self.parks = self.beside = self.astray = False
-        self.withheld = ""
+        self.withheld = self.cause = self.stands = ""
         self.reason = ""
         self.refused_s: dict[str, float] = {}
         self.blocked_s = -inf
@@ -370,7 +376,9 @@ class Vehicle:
 
     def idles(self) -> bool:
         """Return whether it stays where it is for now, so that nothing should be kept for it."""
-        return self.withheld == "stop" or self.stops_here()
+        if self.withheld == "stop" or self.stops_here():
+            return True
+        return self.reason in ("closed", "blocked") or self.withheld == "blocked"
 
     def holds(self) -> range:
         """Return the numbers of the legs in whose places it holds a slot."""

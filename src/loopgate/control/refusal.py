@@ -18,10 +18,11 @@ class Refusal:
     `until`: when a vehicle leaves one of these places. `passed`, `passed_m`: when the front of this vehicle
     is at this arc length [m]. `at_s`: at this time [s]. `each_step`: in each step, because none of these is
     given, or because something `outside` may end the refusal too. `stage`: the stage of the gate that
-    refused, if the gate did.
+    refused, if the gate did. `cause`: what is closed, or which vehicle stands, and until when. A refusal
+    with another cause is noted anew.
     """
 
-    __slots__ = ("at_s", "each_step", "passed", "passed_m", "reason", "stage", "until")
+    __slots__ = ("at_s", "cause", "each_step", "passed", "passed_m", "reason", "stage", "until")
 
     def __init__(
         self,
@@ -33,7 +34,9 @@ class Refusal:
         *,
         outside: bool = False,
         stage: str = "",
+        cause: str = "",
     ) -> None:
+        self.cause: Final = cause
         self.reason: Final = reason
         self.stage: Final = stage
         self.until: Final = until

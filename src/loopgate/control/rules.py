@@ -27,6 +27,8 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     wanted = vehicle.wanted()
     if wanted is None:
         return None
+    if wanted.closed:
+        return Refusal(wanted.closed, [wanted], cause=wanted.cause)
     if wanted.is_full() or wanted.shut:
         return Refusal("occupied", [wanted])
     for ahead, other in enumerate(reversed(wanted.line)):
@@ -48,6 +50,8 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
     other = in_the_way(vehicle, now_s)
     if other is None:
         return None
+    if other.vehicle.stands:
+        return Refusal("blocked", outside=True, cause=other.vehicle.stands)
     if other.until_m == -inf:
         return _CROSSING
     return Refusal("crossing", passed=other.vehicle, passed_m=other.until_m)

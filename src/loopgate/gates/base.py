@@ -61,6 +61,11 @@ class Reason(StrEnum):
     STOP = "stop", "the vehicle stops before that", False
     """Refused for now: the vehicle has a stop before the next state, or there is no room behind a vehicle
     that stops there."""
+    CLOSED = "closed", "the next street is closed", False
+    """Refused until the next state is open again."""
+    BLOCKED = "blocked", "a vehicle stands there for long"
+    """Refused as long as a vehicle that broke down, or stands for another cause, is in the next state or on
+    the crossing."""
     ANSWER = "answer", "no answer has come yet"
     """Refused for now: vehicles decide by messages, and no granting answer has come."""
 

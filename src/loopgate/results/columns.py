@@ -206,7 +206,17 @@ MEASURED: Final = _number("measured_s")  # simulated time measured
 STOOD_SHARE: Final = _number("stood_share")  # the same as a share of the time that vehicles were there
 LONGEST_FOR: Final = {
     cause: _number(f"longest_{cause}_s")
-    for cause in ("crossing", "occupied", "deadlock", "reserve", "service", "red", "traffic")
+    for cause in (
+        "crossing",
+        "occupied",
+        "deadlock",
+        "reserve",
+        "service",
+        "red",
+        "traffic",
+        "closed",
+        "blocked",
+    )
 }  # by cause, the longest time that one wait was for it; missing without a gate
 UNFINISHED: Final = _whole("unfinished")  # the others of these
 MEAN_TIME_LOSS: Final = _number("mean_time_loss_s")  # lost on the way, mean over all of these that were due

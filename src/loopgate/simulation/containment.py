@@ -6,10 +6,11 @@ from collections import defaultdict
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
+from loopgate.gates.base import Reason
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 from loopgate.network.incidents import Incidents
 from loopgate.results.columns import Event
@@ -38,6 +39,8 @@ class Blocked:
     vehicle: str
     from_s: float
     to_s: float | None = None
+    until_s: float | None = None
+    """The planned end, if it is known [s]."""
 
     def figures(self) -> dict[str, Any]:
         """Return these facts for ``summary.json``."""
@@ -47,7 +50,30 @@ class Blocked:
             "vehicle": self.vehicle,
             "from_s": self.from_s,
             "to_s": self.to_s,
+            "until_s": self.until_s,
         }
+
+
+class _Why(NamedTuple):
+    """Why a place is blocked, because of which vehicle, and until when, if that is known [s]."""
+
+    why: str
+    vehicle: str = ""
+    until_s: float | None = None
+
+    @property
+    def reason(self) -> str:
+        """The reason of refusals."""
+        return str(Reason.BLOCKED if self.vehicle else Reason.CLOSED)
+
+    def cause(self, place: str = "") -> str:
+        """Return what blocks the place, and until when."""
+        until = "" if self.until_s is None else f", until {self.until_s:g} s"
+        return f"{self.vehicle} ({self.why}){until}" if self.vehicle else f"{place}{until}"
+
+
+def _end(to_s: float) -> float | None:
+    return to_s if to_s < inf else None
 
 
 class Standing(Protocol):
@@ -123,6 +149,8 @@ class Containment:
         self._lost: dict[str, None] = {}
         """The lost places: no path leads their first vehicle round the blocked places."""
         self._next_s = 0.0
+        self._found: Mapping[str, _Why] = {}
+        """The blocked places with their causes."""
         self.blocked: dict[str, Blocked] = {}
         """The places that are blocked now."""
         self.past: list[Blocked] = []
@@ -151,8 +179,8 @@ class Containment:
             self._note(dict(self._find_blocked(now)), now)
             self._lead()
         self._withhold()
-        for place in self.blocked:
-            self._leading.shut(place)
+        for place, one in self._found.items():
+            self._leading.close(place, one.reason, one.cause(place))
 
     def _break_down(self, now: float) -> None:
         before = frozenset(self.broken)
@@ -164,27 +192,35 @@ class Containment:
 
     def _withhold(self) -> None:
         """Grant nothing to a vehicle that is cut off or broken down: it would stand on the next crossing."""
-        self._leading.withhold((self.broken | self._cut_offs) & self._leading.diaries.keys())
+        found = dict.fromkeys(self._cut_offs, str(Reason.BLOCKED)) | dict.fromkeys(
+            self.broken, str(Reason.STOP)
+        )
+        known = self._leading.diaries
+        self._leading.withhold({name: why for name, why in found.items() if name in known})
 
-    def _find_blocked(self, now: float) -> Iterator[tuple[str, tuple[str, str]]]:
-        """Yield the blocked places, each with the reason and the vehicle."""
+    def _find_blocked(self, now: float) -> Iterator[tuple[str, _Why]]:
+        """Yield the blocked places, each with the reason."""
         for closure in self._standing.incidents.closed_at(now):
             places = self._ways.on_lane[closure.lane] if closure.lane else self._ways.on_edge[closure.edge]
             for place in sorted(places):
-                yield place, (CLOSED, "")
-        if self._waits:
-            return
+                yield place, _Why(CLOSED, until_s=_end(closure.to_s))
         at_stops = self._standing.at_long_stop()
         self._at_stops = frozenset(at_stops)
-        standing = [(vehicle, BROKEN) for vehicle in sorted(self.broken)]
-        standing += [(vehicle, STOPS) for vehicle in at_stops]
-        standing += [(vehicle, TRAPPED) for vehicle in self._trapped(now, any_stands=bool(standing))]
-        for vehicle, why in standing:
-            diary = self._leading.diaries.get(vehicle)
-            if diary is not None and vehicle not in self._leading.beside:
-                self._stand.add(vehicle)
+        ends = {one.vehicle: one.to_s for one in self._standing.incidents.broken_at(now)}
+        standing = [_Why(BROKEN, vehicle, _end(ends[vehicle])) for vehicle in sorted(self.broken)]
+        standing += [_Why(STOPS, vehicle) for vehicle in at_stops]
+        known = {one.vehicle for one in standing}
+        trapped = self._trapped(now, any_stands=bool(standing))
+        standing += [_Why(TRAPPED, vehicle) for vehicle in trapped if vehicle not in known]
+        self._leading.stand({one.vehicle: one.cause() for one in standing})
+        if self._waits:
+            return
+        for one in standing:
+            diary = self._leading.diaries.get(one.vehicle)
+            if diary is not None and one.vehicle not in self._leading.beside:
+                self._stand.add(one.vehicle)
                 self._stuck.update(self._ways.junction(diary.drawn(leg)) for leg in diary.vehicle.crosses())
-                yield from ((diary.drawn(leg).state, (why, vehicle)) for leg in diary.vehicle.holds())
+                yield from ((diary.drawn(leg).state, one) for leg in diary.vehicle.holds())
 
     def _trapped(self, now: float, *, any_stands: bool) -> list[str]:
         """Return the vehicles that have stood on a crossing for a minute behind a standing vehicle."""
@@ -196,16 +232,19 @@ class Containment:
         self._still_s = {vehicle: self._still_s.get(vehicle, now) for vehicle in sorted(still)}
         return [vehicle for vehicle, since_s in self._still_s.items() if now - since_s >= _TRAPPED_S]
 
-    def _note(self, found: Mapping[str, tuple[str, str]], now: float) -> None:
-        for place in [place for place in self.blocked if place not in found]:
+    def _note(self, found: Mapping[str, _Why], now: float) -> None:
+        for place in [place for place, one in self._found.items() if found.get(place) != one]:
             over = self.blocked.pop(place)
             over.to_s = now
             self.past.append(over)
             self._recorder.note(now, over.vehicle, Event.FREE, place, over.why)
-        for place, (why, vehicle) in found.items():
+            if place not in found:
+                self._leading.close(place, "", "")
+        for place, one in found.items():
             if place not in self.blocked:
-                self.blocked[place] = Blocked(place, why, vehicle, now)
-                self._recorder.note(now, vehicle, Event.BLOCK, place, why)
+                self.blocked[place] = Blocked(place, one.why, one.vehicle, now, until_s=one.until_s)
+                self._recorder.note(now, one.vehicle, Event.BLOCK, place, one.why)
+        self._found = found
 
     def _find_lost(self) -> dict[str, None]:
         """Return the places whose first vehicle waits for a blocked place and has no other path.

@@ -11,8 +11,12 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
-from loopgate.control.places import Make
+from loopgate.control.places import STANDING_MPS, Make
+from loopgate.gates.base import Reason
 from loopgate.traffic.base import Dynamics, Traffic
+
+_MOST_NAMED = 3
+"""Most vehicles that are named for which a vehicle waits."""
 
 
 class Leading:
@@ -65,19 +69,44 @@ class Leading:
         every = self._ledger.vehicles
         return [other.name for other in ahead(every[vehicle], every.values(), self._ledger.gate)]
 
-    def shut(self, place: str) -> None:
-        """Let no vehicle enter a place in the next step."""
-        self._ledger.shut(self._driving.paths.places[place])
+    def why(self, vehicle: str) -> str:
+        """Return why a vehicle may not go on now, and for whom it waits, in words; "" if it may."""
+        one = self._ledger.vehicles[vehicle]
+        first = one.leg.place.line[0] if one.leg.place.line else one
+        if first is not one:
+            return f"{Reason.BEHIND.words}: {first.name}" if one.held or one.speed <= STANDING_MPS else ""
+        if not one.asks or not one.reason:
+            return ""
+        known = {str(reason): reason.words for reason in Reason}
+        words = known.get(one.reason, one.reason) + (f": {one.cause}" if one.cause else "")
+        others = self.waits_behind(vehicle)
+        return (
+            words if one.cause or not others else f"{words}; it waits for {', '.join(others[:_MOST_NAMED])}"
+        )
 
-    def withhold(self, vehicles: AbstractSet[str]) -> None:
-        """Grant nothing to these vehicles from now on.
+    def close(self, place: str, reason: str, cause: str) -> None:
+        """Refuse all vehicles that want to enter a place for this reason; an empty reason opens it again."""
+        known = self._driving.paths.places.get(place)
+        if known is not None:
+            self._ledger.close(known, reason, cause)
+
+    def stand(self, causes: Mapping[str, str]) -> None:
+        """Refuse vehicles that want to cross where one of these vehicles stands; no other vehicle stands.
+
+        `causes`: which vehicle, why and until when, by its name.
+        """
+        for name, vehicle in self._ledger.vehicles.items():
+            vehicle.stands = causes.get(name, "")
+
+    def withhold(self, reasons: Mapping[str, str]) -> None:
+        """Grant nothing to these vehicles from now on, each for its reason.
 
         Vehicles that the call before named, and this call does not, get grants again.
         """
         every = self._ledger.vehicles
-        for name in (self._withheld | vehicles) & every.keys():
-            every[name].withheld = "stop" if name in vehicles else ""
-        self._withheld = vehicles
+        for name in (self._withheld | reasons.keys()) & every.keys():
+            every[name].withheld = reasons.get(name, "")
+        self._withheld = reasons.keys()
 
     def turn_off(self, vehicle: str, track: Track, position: int) -> bool:
         """Lead a vehicle from its place to another path; return whether that can be done now."""

@@ -242,3 +242,16 @@ def test_a_time_wakes_at_that_time() -> None:
     car = ledger.take_in("car", path, 0)
     ledger.ask(car)
     assert [len(ledger.answer(now_s)) for now_s in (18.0, 19.0, 20.0)] == [0, 0, 1]
+
+
+def test_a_refusal_is_noted_anew_when_its_cause_changes() -> None:
+    a, b = Place("a", 2), Place("b", 2)
+    ledger = Ledger(usual())
+    car = ledger.take_in("car", path_of([a, b], closed=True), 0)
+    ledger.ask(car)
+    for cause in ("b, until 400 s", "b, until 400 s", "b, until 500 s"):
+        ledger.close(b, "closed", cause)
+        assert (ledger.answer(), car.reason, car.cause) == ([], "closed", cause)
+    assert [reason for what, _, _, reason, _ in ledger.log if what == "refused"] == ["closed", "closed"]
+    ledger.close(b, "", "")
+    assert ledger.answer() == [car]

@@ -35,7 +35,8 @@ def test_who_stands_on_a_crossing_behind_a_breakdown_is_trapped(crossed: int, *,
         diaries=diaries,
         beside=set(),
         line=lambda _: [],
-        shut=lambda _: None,
+        close=lambda *_: None,
+        stand=lambda _: None,
         withhold=lambda vehicles: withheld.append(set(vehicles)),
     )
     ways = SimpleNamespace(

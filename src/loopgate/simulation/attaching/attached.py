@@ -294,6 +294,29 @@ class Attached:
         """The names of the vehicles that have been added and wait to come under the gate."""
         return tuple(sorted(self._entrance.newcomers))
 
+    def why(self, vehicle: str) -> str:
+        """Return why the gate lets a vehicle not go on now, and for whom it waits; "" if it may drive.
+
+        Raises
+        ------
+        TrafficError
+            If the vehicle is not under the gate and does not wait to join.
+
+        Examples
+        --------
+        >>> import libsumo, loopgate
+        >>> def print_reasons(gate: loopgate.Attached) -> None:
+        ...     for vehicle in gate.vehicles:
+        ...         if gate.why(vehicle):
+        ...             print(vehicle, gate.why(vehicle))  # v7 the next street is closed: B2C2_0, until 400 s
+        """
+        if vehicle in self._entrance.newcomers:
+            return "it waits to join the gate"
+        if vehicle not in self._fleet.diaries:
+            msg = f"vehicle {vehicle}: it is not under the gate"
+            raise TrafficError(msg)
+        return self._fleet.leads.why(vehicle)
+
     @property
     def summary(self) -> dict[str, Any]:
         """Figures so far, as a mapping with the keys of ``summary.json``."""
