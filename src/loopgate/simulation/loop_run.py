@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
 from time import perf_counter
+from typing import Protocol
 
 from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.drive import Drive
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.starving import Sink
@@ -79,8 +79,41 @@ Tick = Callable[[float, RunCourse], None]
 """Called every ten simulated seconds with the simulated time [s] and the course so far."""
 
 
+class Steps(Protocol):
+    """What the loop asks of a drive."""
+
+    @property
+    def sumo_s(self) -> float:
+        """Wall time in SUMO's steps [s]."""
+
+    def begin(self) -> None:
+        """Make the first step, in which all vehicles appear."""
+
+    def step(self) -> None:
+        """Advance SUMO by one step, and act."""
+
+    def measure_from_now(self) -> None:
+        """Begin the measured time: set all figures to zero."""
+
+    def count_from(self, at_s: float) -> None:
+        """Count standing times only from this time [s]."""
+
+    def jumped(self, vehicle: str, skipped_m: float) -> None:
+        """Note that SUMO moved a vehicle `skipped_m` ahead."""
+
+
+def after(look: Callable[[], None], tick: Tick) -> Tick:
+    """Return a function that calls `look`, then `tick`."""
+
+    def both(now: float, course: RunCourse) -> None:
+        look()
+        tick(now, course)
+
+    return both
+
+
 def run_to_end(
-    drive: Drive,
+    drive: Steps,
     traffic: Traffic,
     detector: DeadlockDetector,
     collisions: CollisionLog,

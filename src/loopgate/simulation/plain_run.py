@@ -14,11 +14,11 @@ from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.traffic_file import TrafficFile, check_flows, flows_in, read_traffic
 from loopgate.network.ungated import UngatedFleet
-from loopgate.results.columns import BEGINS, FLOW_EVERY_S
+from loopgate.results.columns import BEGINS
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import read_vehicles
-from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, jump_on, note_deadlock
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, after, run_to_end
 from loopgate.simulation.monitoring import monitoring_figures
 from loopgate.simulation.positions import record_positions
 from loopgate.simulation.run_folder import Folder, Tally
@@ -75,7 +75,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)
-        course = RunCourse(begin_s=traffic.now_s)
+        course = RunCourse()
         mileage = Mileage(traffic, own)
         begins = traffic.now_s
         detector = DeadlockDetector(
@@ -88,12 +88,19 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         )
         detector.again = scenario.on_deadlock == "teleport"
         collisions = CollisionLog(traffic, recorder, course, own=own)
-        try:
-            _drive(scenario, traffic, detector, collisions, mileage, tick, rows, folder)
-            standing = {v: (detector.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
-        except KeyboardInterrupt:
-            course.outcome = "interrupted"
-        course.end_s = traffic.now_s
+        guard = [DiskGuard(folder / run_folder.POSITIONS).check] if scenario.positions else []
+        drive = PlainDrive(traffic, mileage, own)
+        run_to_end(
+            drive,
+            traffic,
+            detector,
+            collisions,
+            scenario=scenario,
+            tick=after(lambda: rows.append(mileage.flow()), tick),
+            each_step=guard,
+            over=drive.is_over,
+        )
+        standing = {v: (detector.standing_s(v), traffic.position(v)) for v in traffic.vehicles()}
     course.total_s = perf_counter() - began
     everybody = read_trips(folder / TRIPS, interrupted=course.outcome == "interrupted").values()
     found = [trip for trip in everybody if own is None or trip.vehicle in own]
@@ -172,56 +179,43 @@ def _own_files(
     return [*options, *begin], own
 
 
-def _drive(
-    scenario: Scenario,
-    traffic: Traffic,
-    detector: DeadlockDetector,
-    collisions: CollisionLog,
-    mileage: Mileage,
-    tick: Tick,
-    rows: list[Row],
-    folder: Folder,
-) -> None:
-    guard = DiskGuard(folder / run_folder.POSITIONS) if scenario.positions else None
-    recorder, course, own = collisions.recorder, collisions.course, collisions.own
-    left = set(own or ())
+class PlainDrive:
+    """Steps SUMO without touching a vehicle, and counts what vehicles drive.
 
-    def step() -> None:
+    `left`: the vehicles whose trips are reported and that have not arrived; None for all vehicles.
+    """
+
+    def __init__(self, traffic: Traffic, mileage: Mileage, own: frozenset[str] | None) -> None:
+        self._traffic, self._mileage = traffic, mileage
+        self._left = None if own is None else set(own)
+        self.sumo_s = 0.0
+
+    def begin(self) -> None:
+        """Make the first step, which is not measured, as in runs on loops: no vehicle moves in it."""
+        self.step()
+
+    def step(self) -> None:
+        """Advance SUMO by one step."""
         begin = perf_counter()
-        traffic.step()
-        course.sumo_s += perf_counter() - begin
-        mileage.look()
-        left.difference_update(traffic.arrived())
-        collisions.note()
-        if guard is not None:
-            guard.check()
+        self._traffic.step()
+        self.sumo_s += perf_counter() - begin
+        self._mileage.look()
+        if self._left is not None:
+            self._left.difference_update(self._traffic.arrived())
 
-    step()  # the first step is not measured, as in runs on loops: no vehicle moves in it
-    start, warms_up = traffic.now_s, scenario.warmup_s > 0
-    course.begin_s = start + scenario.warmup_s
-    if not warms_up:
-        mileage.measure_from_now()
-    next_watch = start + FLOW_EVERY_S
-    end = course.begin_s + scenario.duration_s
-    while traffic.now_s < end and traffic.expects_more() and (own is None or left):
-        step()
-        if warms_up and traffic.now_s >= course.begin_s:
-            warms_up = False
-            mileage.measure_from_now()
-            course.collisions = course.collisions_of_others = course.teleports = 0
-        if traffic.now_s < next_watch:
-            continue
-        next_watch += FLOW_EVERY_S
-        rows.append(mileage.flow())
-        tick(traffic.now_s, course)
-        deadlock = detector.check()
-        if deadlock is None:
-            continue
-        note_deadlock(deadlock, course, recorder)
-        if scenario.on_deadlock == "stop":
-            return
-        if scenario.on_deadlock == "teleport":
-            jump_on(deadlock, traffic, collisions)
+    def measure_from_now(self) -> None:
+        """Begin the measured time."""
+        self._mileage.measure_from_now()
+
+    def count_from(self, at_s: float) -> None:
+        """Do nothing: standing times are counted from `measure_from_now` on."""
+
+    def jumped(self, vehicle: str, skipped_m: float) -> None:
+        """Do nothing: odometers are read in each step."""
+
+    def is_over(self) -> bool:
+        """Return whether no vehicle is left."""
+        return not self._traffic.expects_more() or (self._left is not None and not self._left)
 
 
 def _write_flow(rows: list[Row], mileage: Mileage, trips: Sequence[Trip], folder: Folder) -> None:

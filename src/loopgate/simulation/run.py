@@ -1,6 +1,6 @@
 """Runs a scenario, and writes its run folder."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +25,7 @@ from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.gated_run import check as check_gated
 from loopgate.simulation.gated_run import open_gated
-from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, run_to_end
+from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, after, run_to_end
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
@@ -155,7 +155,7 @@ def _run(
             detector,
             CollisionLog(traffic, recorder, RunCourse(), own=own, verdicts=verdicts),
             scenario=scenario,
-            tick=_after(flow.look, _watching(hunger, tick)),
+            tick=after(flow.look, _watching(hunger, tick)),
             each_step=[*session.each_step, fronts.look],
             over=lambda: bool(once) and session.departures.over,
         )
@@ -183,16 +183,6 @@ def _run(
 def _starving_after_s(scenario: Scenario) -> float:
     """Return the time after which a vehicle starves [s]; it is shorter in a short run."""
     return min(scenario.starving_s, max(_SHORT_S, _MOST_OF_IT * scenario.duration_s))
-
-
-def _after(look: Callable[[], None], tick: Tick) -> Tick:
-    """Return a function that calls `look`, then `tick`."""
-
-    def both(now: float, course: RunCourse) -> None:
-        look()
-        tick(now, course)
-
-    return both
 
 
 def _watching(hunger: StarvationWatch | None, tick: Tick) -> Tick:
