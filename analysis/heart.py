@@ -42,8 +42,8 @@ from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.asked_gate import NEVER_FULL
 from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.build import make_driving, slots_of
 from loopgate.simulation.departures import limits_of
-from loopgate.simulation.gated_run import make_driving, slots_of
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.input import write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import plain_options, start_traffic

@@ -15,7 +15,7 @@ import pytest
 from loopgate.control.keeping import Keeping
 from loopgate.control.ledger import Ledger
 from loopgate.errors import ScenarioError
-from loopgate.simulation import gated_run
+from loopgate.simulation import build
 from loopgate.simulation.by_messages import answering
 from loopgate.simulation.by_messages.controllers import ControllersHere
 from loopgate.simulation.by_messages.decisions import DecisionsByMessages
@@ -137,7 +137,7 @@ def test_crossings_and_the_order_of_asking_are_left_to_vehicles_and_keepers(
         pytest.fail(f"one who sees all was asked: {given}")
 
     monkeypatch.setattr(keepers, "receive", looked_at)
-    monkeypatch.setattr(gated_run, "Deciding", asked)
+    monkeypatch.setattr(build, "Deciding", asked)
     monkeypatch.setattr(Keeping, "look", asked)
     summary = simulate(dataclasses.replace(CROWD, vehicles=300, duration_s=40.0))
     assert (summary["outcome"], summary["clean"]) == ("done", True)
@@ -153,7 +153,7 @@ def test_vehicles_that_look_only_when_woken_do_as_if_all_looked_in_each_step(
     """Nobody sleeps who could ask; on a full grid too."""
     some = dataclasses.replace(CROWD, vehicles=500, duration_s=60.0, decide=decide)
     woken = simulate(some)
-    monkeypatch.setattr(gated_run, "Ledger", partial(Ledger, everybody=True))
+    monkeypatch.setattr(build, "Ledger", partial(Ledger, everybody=True))
     asked = simulate(some)
     assert woken["by_messages"]["moves"] > 300
     assert woken["by_messages"] == asked["by_messages"]
@@ -184,10 +184,10 @@ def test_a_range_that_does_not_reach_over_a_crossing_is_refused() -> None:
 def test_vehicles_that_come_later_or_stop_are_refused(beside: str) -> None:
     """In one line that says what works."""
     assembly: Any = SimpleNamespace(departures=(), stops={}, others=())
-    gated_run.check(CROWD, assembly)
+    build.check(CROWD, assembly)
     setattr(assembly, beside, ("one",))
     with pytest.raises(ScenarioError, match="decide: vehicles works with loops without stops"):
-        gated_run.check(CROWD, assembly)
+        build.check(CROWD, assembly)
 
 
 def test_processes_decide_as_vehicles_in_one_process_do() -> None:

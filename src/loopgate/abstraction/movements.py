@@ -17,8 +17,7 @@ from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
 from loopgate.network.contacts import lane_contacts
 from loopgate.network.loop import HOLD_MARGIN_M, Loop
-from loopgate.network.records import Connection, Edge
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import Connection, Edge, RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
 
 REACH_M = 2.2

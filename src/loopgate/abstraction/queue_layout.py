@@ -30,8 +30,7 @@ from loopgate.cache import Cache
 from loopgate.errors import Refusal, RefusedLoopError
 from loopgate.model import StateId
 from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
-from loopgate.network.records import Connection
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import Connection, RoadNetwork
 from loopgate.network.vehicle_type import DEFAULT_TYPE, VehicleType
 
 _SHORTEST_M = 0.5

@@ -8,7 +8,7 @@ from typing import Any, ParamSpec, TypeVar
 import pandas as pd
 
 from loopgate.errors import AnalysisError, LoopgateError
-from loopgate.foreign import reason_of
+from loopgate.plugins import reason_of
 from loopgate.results.columns import STATUS, STATUS_OK
 
 P = ParamSpec("P")

@@ -116,7 +116,7 @@ def run(
     Defaults: the certified gate on queues, ordered by pressure, one hour, seed 1. That works on any road
     network; segments is the abstraction of the paper, with one vehicle per loop.
     """
-    from loopgate.simulation.demand.early import refuse_too_many
+    from loopgate.simulation.sumo_options import refuse_too_many
 
     given = {key: value for key, value in given.items() if value is not None}
     scenario = _scenario(network, given)

@@ -15,8 +15,8 @@ import click
 from loopgate.cli.terminal import print_json, show_progress
 from loopgate.disk import writing
 from loopgate.errors import GateError
-from loopgate.foreign import blaming, is_ours
 from loopgate.model import Configuration, System, system_to_dict
+from loopgate.plugins import blaming, is_ours
 
 if TYPE_CHECKING:
     from loopgate.gates import Gate

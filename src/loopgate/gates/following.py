@@ -5,9 +5,9 @@ from abc import ABC, abstractmethod
 from typing import Any
 
 from loopgate.errors import PluginError
-from loopgate.foreign import blaming, is_ours, name_of_class, takes
 from loopgate.gates.base import Decision, FollowingGate, Gate, Reason
 from loopgate.model import Configuration, MutableConfiguration, Placement, System
+from loopgate.plugins import blaming, is_ours, name_of_class, takes
 from loopgate.reading import is_plain, shown
 
 _DECISION = "a Decision (loopgate.gates.Decision)"

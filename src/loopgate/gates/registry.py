@@ -13,11 +13,10 @@ from collections.abc import Callable, Mapping
 from importlib.metadata import entry_points
 
 from loopgate.errors import GateError
-from loopgate.foreign import blaming, is_ours
 from loopgate.gates.base import Gate, TimedGate
 from loopgate.gates.following import check_methods
 from loopgate.model import System
-from loopgate.plugins import Plugins
+from loopgate.plugins import Plugins, blaming, is_ours
 from loopgate.reading import shown
 
 _GATES = Plugins("gate", "loopgate.gates", GateError, "a System and its options")

@@ -14,9 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.errors import SystemFileError, SystemModelError
-from loopgate.model.ids import RobotId, StateId
-from loopgate.model.robot import Robot
-from loopgate.model.system import System
+from loopgate.model.system import Robot, RobotId, StateId, System
 from loopgate.reading import check_keys, is_plain, of_kind, read_json, refusing, shown
 
 _SYSTEM_KEYS = {"robots", "capacity", "fifo", "note"}

@@ -5,10 +5,9 @@ from itertools import islice
 from random import Random
 
 from loopgate.errors import PluginError, ScenarioError
-from loopgate.foreign import blaming, is_ours, name_of_class, takes
 from loopgate.model import System
 from loopgate.negotiation.base import InformedNegotiation, Negotiation, Request, View
-from loopgate.plugins import Plugins
+from loopgate.plugins import Plugins, blaming, is_ours, name_of_class, takes
 from loopgate.reading import shown
 
 _ORDER = "the requests that it was given, or some of them, in an order"

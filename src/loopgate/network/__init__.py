@@ -3,8 +3,7 @@
 from loopgate.network.generate import FoundLoops, find_loops, generate_loops
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.records import Connection, Edge, Junction, Lane
-from loopgate.network.road import RoadNetwork, packaged_networks
+from loopgate.network.road import Connection, Edge, Junction, Lane, RoadNetwork, packaged_networks
 from loopgate.network.routes_file import read_loops
 from loopgate.network.routes_text import write_loops
 from loopgate.network.sumo_config import read_sumo_config

@@ -8,7 +8,7 @@ import shapely
 
 from loopgate.arrays import Floats, Ints
 from loopgate.network.loop import Loop, arc_lengths
-from loopgate.network.records import Points
+from loopgate.network.road import Points
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.records import Connection, Lane
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import Connection, Lane, RoadNetwork
 
 Cost = tuple[int, float]
 """Number of lane changes, then how hurried they are (lanes changed per metre of edge)."""

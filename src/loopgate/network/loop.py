@@ -8,7 +8,7 @@ import numpy as np
 
 from loopgate.arrays import Floats
 from loopgate.errors import RouteError
-from loopgate.network.records import Connection, Points
+from loopgate.network.road import Connection, Points
 
 _ROUNDING_M = 1e-6
 

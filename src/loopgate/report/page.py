@@ -22,9 +22,9 @@ from markupsafe import Markup
 
 from loopgate.disk import disk_error, writing
 from loopgate.errors import LoopgateError, ResultsError
-from loopgate.foreign import reason_of
 from loopgate.plots.charts import figure_spec, records, spec_svg
 from loopgate.plots.style import DARK, LIGHT, colours, config, series_order
+from loopgate.plugins import reason_of
 from loopgate.reading import as_path, listed, of_kind
 from loopgate.replay.page import hash_of
 from loopgate.report.content import FigureItem, Section, TableItem, network_sections

@@ -23,8 +23,8 @@ from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
-from loopgate.simulation.gated_run import check as check_gated
-from loopgate.simulation.gated_run import open_gated
+from loopgate.simulation.build import check as check_gated
+from loopgate.simulation.build import open_gated, open_ungated
 from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, after, run_to_end
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
@@ -42,7 +42,6 @@ from loopgate.simulation.sumo.start import (
     start_traffic,
 )
 from loopgate.simulation.sumo_options import SumoOptions, sumo_options
-from loopgate.simulation.ungated_run import open_ungated
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import FlowMeter, FrontRecorder
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad

@@ -15,7 +15,7 @@ from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, tails
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.swept_paths import swept_paths_of
 from loopgate.network import Connection, Edge, Lane, Loop, RoadNetwork, VehicleType, make_loop
-from loopgate.network.records import Junction
+from loopgate.network.road import Junction
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 Points = tuple[tuple[float, float], ...]

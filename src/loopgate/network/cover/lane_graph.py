@@ -10,8 +10,7 @@ import numpy as np
 
 from loopgate.arrays import Floats, Ints
 from loopgate.network.lanes import movements_made
-from loopgate.network.records import Connection, Edge
-from loopgate.network.road import RoadNetwork
+from loopgate.network.road import Connection, Edge, RoadNetwork
 from loopgate.network.route_lanes import LEAST_CHANGE_M
 
 _SPARE_M = 1e-3

@@ -7,12 +7,12 @@ import numpy as np
 
 from loopgate.arrays import Flags, Small
 from loopgate.errors import PluginError
-from loopgate.foreign import blaming, name_of_class
 from loopgate.gates import Decision, Gate
 from loopgate.gates.collision import CollisionGate
 from loopgate.gates.following import careful
 from loopgate.gates.open import OpenGate
 from loopgate.model import Configuration, RobotId, StateId
+from loopgate.plugins import blaming, name_of_class
 from loopgate.reading import shown
 from loopgate.research.state_space.kernels import advance
 from loopgate.research.state_space.space import StateSpace

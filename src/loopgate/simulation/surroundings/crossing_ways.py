@@ -12,7 +12,7 @@ from shapely.ops import substring
 
 from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.network import RoadNetwork
-from loopgate.network.records import Connection
+from loopgate.network.road import Connection
 
 __all__ = ["Approach", "CrossingAhead", "CrossingWays", "Movement", "Place"]
 

@@ -13,7 +13,7 @@ from shapely.ops import substring
 
 from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
-from loopgate.network.records import Lane
+from loopgate.network.road import Lane
 from loopgate.traffic.base import Traffic
 
 __all__ = ["Occupant", "Road", "RoadWaits", "SimulatedRoad"]

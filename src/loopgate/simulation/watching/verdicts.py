@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from loopgate.network import RoadNetwork
-from loopgate.network.records import Connection
+from loopgate.network.road import Connection
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.watching.trails import Trails
 from loopgate.traffic.base import Collision, Traffic, Whereabouts

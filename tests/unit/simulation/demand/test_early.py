@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from loopgate.errors import RouteError
-from loopgate.simulation.demand.early import refuse_too_many
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo_options import refuse_too_many
 
 FLOW = '<flow id="f" begin="0" end="3600" from="A0A1" to="A1B1" {}/>'
 MUCH = FLOW.format('number="1000000000"')

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fake_traffic import whereabouts
 
-from loopgate.network.records import Connection
+from loopgate.network.road import Connection
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.traffic.base import Collision, Light
 
