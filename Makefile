@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo house readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help demo house readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -103,6 +103,9 @@ standing: $(STAMP) ## one vehicle that stands for 10 to 60 minutes: how far ever
 
 watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by design and by chance, spacing: docs/studies/covering.md
 	$(BIN)/python analysis/watched.py --seeds 5 --write
+
+standstills: $(STAMP) ## 200 made networks that lock up and 100 gated runs past closures: what was told, beside SUMO's positions afterwards
+	$(BIN)/python analysis/standstills.py --seeds 200 --gated 100
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be
 	$(BIN)/python analysis/unseen.py --made 200 --out out/unseen/made

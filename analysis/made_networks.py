@@ -20,9 +20,9 @@ def netgenerate(options: str, file: Path) -> Path:
     return _tool("netgenerate", options.split(), file)
 
 
-def roundabouts(file: Path, *, lanes: int, options: str = "") -> Path:
-    """Write three by three roundabouts, 160 m apart, with one-way rings of as many lanes as their roads."""
-    side, gap, radius = 3, 160.0, 12.0 + 5.0 * lanes
+def roundabouts(file: Path, *, lanes: int, options: str = "", side: int = 3) -> Path:
+    """Write `side` by `side` roundabouts, 160 m apart, with one-way rings of as many lanes as their roads."""
+    gap, radius = 160.0, 12.0 + 5.0 * lanes
     nodes: list[str] = []
     edges: list[str] = []
     for i in range(side):

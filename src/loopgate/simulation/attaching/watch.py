@@ -81,7 +81,7 @@ class Watch:
     def look_for_standstill(self) -> None:
         """Look for vehicles that starve, and for circular waits."""
         now = self._traffic.now_s
-        if now < self._next_look_s or not self._fleet.diaries:
+        if now < self._next_look_s:
             return
         self._next_look_s = now + _LOOK_EVERY_S
         self._hunger.check(deadlocked=bool(self._deadlocks))

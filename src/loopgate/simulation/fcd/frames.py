@@ -16,7 +16,7 @@ _LARGEST = 1e10
 _TABLES = (".csv", ".csv.gz", ".parquet")
 
 
-class SeenVehicle(NamedTuple):
+class Seen(NamedTuple):
     """A vehicle in a frame: name, type, lane, position of the front on the lane [m], speed [m/s].
 
     Then x and y of the front [m], and the direction clockwise from north [degrees].
@@ -32,7 +32,7 @@ class SeenVehicle(NamedTuple):
     angle_deg: float
 
 
-Frame = tuple[float, list[SeenVehicle]]
+Frame = tuple[float, list[Seen]]
 """The time of a frame [s], and its vehicles."""
 
 
@@ -55,7 +55,7 @@ def read_frames(file: Path) -> Iterator[Frame]:
         elements = ET.iterparse(stream, events=("start", "end"))  # noqa: S314  expat bounds entities
         _, root = next(elements)
         last_s = -_LARGEST
-        vehicles: list[SeenVehicle] = []
+        vehicles: list[Seen] = []
         for event, element in elements:
             if event == "start":
                 continue
@@ -72,13 +72,13 @@ def read_frames(file: Path) -> Iterator[Frame]:
                 root.clear()
 
 
-def _seen(attributes: dict[str, str], file: Path) -> SeenVehicle:
+def _seen(attributes: dict[str, str], file: Path) -> Seen:
     for name in ("id", "lane"):
         if name not in attributes:
             msg = _MISSING.format(file=file, name=name)
             raise ResultsError(msg)
     numbers = (_number(attributes, name, file) for name in ("pos", "speed", "x", "y", "angle"))
-    return SeenVehicle(attributes["id"], attributes.get("type", ""), attributes["lane"], *numbers)
+    return Seen(attributes["id"], attributes.get("type", ""), attributes["lane"], *numbers)
 
 
 def _number(

@@ -32,8 +32,8 @@ class Deadlock:
     Attributes
     ----------
     closed_at_s, noticed_at_s
-        Time when the last vehicle of the circle had stopped (to within the time between two checks), and time
-        when the circle was noticed [s].
+        First time when all stood that a deadlock needs (to within the time between two checks), and time when
+        it was noticed [s].
     vehicles
         The circle: each vehicle waits for the next, the last for the first.
     places
@@ -162,15 +162,16 @@ class DeadlockDetector:
         new = new or (stuck if self.again else new)
         if not new:
             return None
-        circle = circular_wait(waits, new)
+        let_go_s = {vehicle: at_s for vehicle, at_s in self._refused_at.items() if at_s < now}
+        stopped_s = {v: float(max(still[v], let_go_s.get(v, still[v]))) for v in new}
+        closed_s, core = _first_closed({v: waits[v] for v in new}, stopped_s)
+        circle = circular_wait(waits, core)
         wanted = tuple(places[v] for v in circle)
         lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
         came = None
         if self._trails is not None and self._own is not None:
             vehicle, at_s = self._trails.last(stuck, lanes)
             came = vehicle, at_s, vehicle in self._own
-        let_go_s = {vehicle: at_s for vehicle, at_s in self._refused_at.items() if at_s < now}
-        closed_s = max(float(max(still[v], let_go_s.get(v, still[v]))) for v in circle)
         return Deadlock(closed_s, now, tuple(circle), wanted, len(stuck), self._by(waits, new), came, told)
 
     def _read(self) -> tuple[Sequence[str], Floats]:
@@ -229,3 +230,20 @@ class DeadlockDetector:
         if self._traffic.at_own_stop(vehicle):
             return []
         return self._on_road.of(vehicle, stood_s)
+
+
+def _first_closed(waits: WaitFor, stopped_s: Mapping[str, float]) -> tuple[float, set[str]]:
+    """Return when a deadlock closed [s], and the vehicles that were in it then.
+
+    `waits` are the vehicles in it now; `stopped_s` says when each has stopped. O(members of all sets * log
+    vehicles).
+    """
+    times = sorted(set(stopped_s.values()))
+    low, high = 0, len(times) - 1
+    while low < high:
+        middle = (low + high) // 2
+        if deadlocked({v: sets for v, sets in waits.items() if stopped_s[v] <= times[middle]}):
+            high = middle
+        else:
+            low = middle + 1
+    return times[low], deadlocked({v: sets for v, sets in waits.items() if stopped_s[v] <= times[low]})

@@ -164,9 +164,14 @@ class RoadWaits:
 
     def _ways(self, vehicle: str, lane: str) -> list[Connection]:
         """Return the movements that a vehicle may take from a lane, or is on."""
+        if self._network.lanes[lane].internal:
+            return self._over.get(lane, [])
         _, after = self._road.edges_around(vehicle)
-        ways = self._over.get(lane, []) if self._network.lanes[lane].internal else self._from.get(lane, [])
-        return [way for way in ways if after is None or after[:1] == [way.to_edge]]
+        ways = [way for way in self._from.get(lane, []) if after is None or after[:1] == [way.to_edge]]
+        if len(ways) > 1 and (known := self._road.lanes_for(vehicle)):  # drivers take the best lane beyond
+            onto = [one.lanes[1] for one in known if one.lanes[0] == lane and len(one.lanes) > 1]
+            return [way for way in ways if way.to_id in onto] or ways
+        return ways
 
     def _until_sure_s(self, vehicle: str, lane: str, ways: Sequence[Connection]) -> float:
         """Return how long a vehicle must have stood until nothing changes by itself any more [s]."""
@@ -282,7 +287,7 @@ class RoadWaits:
         if path is not None and inside:
             path = _part(path, front_m * path.length / max(1e-6, over_m + front_m), path.length)
         if path is not None:
-            found += self._across(vehicle, way, path, inside=inside)
+            found += self._across(vehicle, way, path, over_m, inside=inside)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
@@ -305,7 +310,13 @@ class RoadWaits:
                     edges = edges[1:]
         return []
 
-    def _across(self, vehicle: str, way: Connection, path: LineString, *, inside: bool) -> list[str]:
+    def _left_over(self, way: Connection, lane: str, front_m: float) -> float:
+        """Return how far it is from a position inside a junction to its end [m]."""
+        return sum(self._network.lanes[one].length_m for one in way.via[way.via.index(lane) :]) - front_m
+
+    def _across(
+        self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
+    ) -> list[str]:
         """Return the vehicles whose bodies, or before the junction whose ways inside it, cross a path."""
         found = []
         for other in self._at[way.junction]:
@@ -323,7 +334,10 @@ class RoadWaits:
                     scale = line.length / max(1e-6, self._network.lanes[lane].length_m)
                     until_m = line.length if foe and one.front_m > 0 else one.front_m * scale
                     body = _part(line, one.rear_m * scale, until_m)
-                    beside = way.from_id == other.from_id or way.to_id == other.to_id
+                    merges = other is not way and way.to_id == other.to_id and not on_exit
+                    if merges and inside and self._left_over(other, lane, one.front_m) >= left_m:
+                        continue  # it comes after
+                    beside = merges or way.from_id == other.from_id
                     if body.distance(path) < (_APART_M if beside else _WIDTH_M):
                         found.append(one.vehicle)
         return found

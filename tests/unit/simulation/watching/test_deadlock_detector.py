@@ -127,6 +127,22 @@ def test_whoever_has_broken_down_waits_for_nobody() -> None:
     assert [deadlock.vehicles for deadlock in named(watch, traffic, until_s=2 * LONG_S)] == [("a", "b")]
 
 
+def test_the_circle_that_closed_first_is_named_with_its_time() -> None:
+    """A and b come first by name, but c and d stood 20 s before them; both are seen at the same check."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "c": ["d"], "d": ["c"]})
+    traffic.pausing = {"b", "d"}
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    found = []
+    while traffic.now_s < LONG_S:
+        traffic.now_s += 10.0
+        for name in "abcd" if traffic.now_s <= 100.0 else "ab" if traffic.now_s <= 120.0 else "":
+            traffic.at_m[name] += 100.0
+        if traffic.now_s == 200.0:
+            traffic.pausing.clear()
+        found += [deadlock] if (deadlock := watch.check()) else []
+    assert [(one.closed_at_s, one.vehicles, one.held_up) for one in found] == [(100.0, ("c", "d"), 4)]
+
+
 def test_a_queue_is_no_deadlock() -> None:
     """The head waits for nobody."""
     assert watched(Standing({"a": ["b"], "b": ["c"], "c": []})) == []
