@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import random
 
-import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates import Gate, make_gate
@@ -69,7 +70,8 @@ def leaves(system: System, here: Configuration, robot: int) -> bool:
     return state is not None and system.states[state] == AWAY and system.at_head(here, robot)
 
 
-@pytest.mark.parametrize("seed", range(SYSTEMS))
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=SYSTEMS)
 def test_everybody_arrives_whatever_is_moved(seed: int) -> None:
     """From every configuration that the gate lets come about, all on finite routes can still get away."""
     system, open_ = drawn(random.Random(seed))

@@ -8,6 +8,8 @@ from random import Random
 
 import pytest
 from everyone import WRONG, draw, narrow_system, wide_system
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from road_oracle import Reach
 from service_bound import longest_service, moves_until, slow_line
 from service_rule import next_mover
@@ -75,7 +77,8 @@ def test_moving_heads_of_full_places_ends_with_free_slots_or_a_circle() -> None:
     assert min(ends[False], ends[True]) > 20
 
 
-@pytest.mark.parametrize("seed", range(40))
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=40)
 def test_service_ends_from_every_live_configuration(seed: int) -> None:
     """Whoever is served moves; on the way everything stays live, and no configuration comes twice."""
     roads = draw(seed, narrow=False)

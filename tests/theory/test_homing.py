@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from loopgate.errors import SystemModelError
 from loopgate.model import Robot, RobotId, StateId, System
@@ -11,7 +13,8 @@ from loopgate.research.theory.oracle import Oracle
 from loopgate.research.theory.random_systems import Shape, random_system
 
 
-@pytest.mark.parametrize("seed", range(40))
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=40)
 def test_oracle_and_search_agree(seed: int) -> None:
     """On every configuration that any moves can reach, with and without capacities and FIFO states."""
     plain = seed % 2 == 0

@@ -1,7 +1,8 @@
 """Overlaps of rectangles in groups, of which some were compared before."""
 
 import numpy as np
-import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from loopgate.abstraction import rectangles
 from loopgate.abstraction.rectangles import find_overlaps
@@ -32,7 +33,8 @@ def every(count: int) -> tuple[Ints, Ints]:
     return lane, lane
 
 
-@pytest.mark.parametrize("seed", range(20))
+@given(st.integers(0, 10**6))
+@settings(max_examples=15)
 def test_what_is_known_changes_no_overlap(seed: int) -> None:
     names, drawn, (lane, edge) = list("abcdefghij"), groups(10, seed), every(10)
     rng = np.random.default_rng(seed)
@@ -45,42 +47,18 @@ def test_what_is_known_changes_no_overlap(seed: int) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-def test_only_what_is_near_a_new_group_is_compared(monkeypatch: pytest.MonkeyPatch) -> None:
-    drawn = [rows + np.array([1000.0 * k, 0, 0, 0, 0, 0, 0]) for k, rows in enumerate(groups(4, 1))]
-    lane, edge = np.arange(4), np.arange(4)
-    known = find_overlaps("abc", drawn[:3], lane[:3], edge[:3])
-    compared: list[int] = []
-    original = rectangles.overlapping
-
-    def counted(rows: Floats, *others: Ints) -> tuple[Ints, Ints]:
-        compared.append(len(rows))
-        return original(rows, *others)
-
-    monkeypatch.setattr(rectangles, "overlapping", counted)
-    find_overlaps("abcd", drawn, lane, edge, known)
-    assert compared == [len(drawn[3])]
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_no_pair_is_missed_and_far_pairs_are_not_looked_at(
-    monkeypatch: pytest.MonkeyPatch, seed: int
-) -> None:
-    """It finds what a look at each two finds; sides are compared only where circles around meet."""
-    drawn = groups(10, seed)
-    rows = np.concatenate(drawn)
+@given(st.integers(0, 10**6))
+@settings(max_examples=15)
+def test_no_pair_is_missed(seed: int) -> None:
+    """It finds what a look at each two finds, also where only some are compared with all others."""
+    rows = np.concatenate(groups(10, seed))
     one, other = np.triu_indices(len(rows), 1)
     together = rectangles._overlap(rows[one], rows[other])
-    expected = set(zip(one[together].tolist(), other[together].tolist(), strict=True))
-    looked_at: list[Floats] = []
-    original = rectangles._overlap
-
-    def noted(a: Floats, b: Floats) -> object:
-        apart_m = np.hypot(*(a[:, :2] - b[:, :2]).T)
-        looked_at.append(apart_m - np.hypot(a[:, 4], a[:, 5]) - np.hypot(b[:, 4], b[:, 5]))
-        return original(a, b)
-
-    monkeypatch.setattr(rectangles, "_overlap", noted)
+    fresh = np.arange(len(rows)) % 3 == seed % 3
     every_lane = np.arange(len(rows))
-    found = rectangles.overlapping(rows, every_lane, every_lane)
-    assert set(zip(*map(np.ndarray.tolist, found), strict=True)) == expected
-    assert (np.concatenate(looked_at) <= 1e-9).all()
+    for asked in (fresh, np.ones(len(rows), dtype=bool)):
+        expected = together & (asked[one] | asked[other])
+        found = rectangles.overlapping(rows, every_lane, every_lane, asked)
+        assert sorted(zip(*map(np.ndarray.tolist, found), strict=True)) == sorted(
+            zip(one[expected].tolist(), other[expected].tolist(), strict=True)
+        )

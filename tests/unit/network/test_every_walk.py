@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 
 import networkx as nx
-import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from loopgate.network.generate import every_walk
 from loopgate.network.road_graph import Road, RoadGraph
@@ -30,7 +31,8 @@ def length_m(part: RoadGraph, walk: list[int]) -> float:
     return sum(part.roads[a].length_m + dict(part.roads[a].onward)[b] for a, b in onward)
 
 
-@pytest.mark.parametrize("seed", range(30))
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=30)
 def test_every_walk_comes_once(seed: int) -> None:
     """All that are short enough and no other, however crossed the edges are."""
     part = random_part(seed)

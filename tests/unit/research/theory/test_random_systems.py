@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from loopgate.errors import SystemModelError
 from loopgate.model import system_to_dict
@@ -25,7 +27,8 @@ def test_sparse_and_dense_visitors(robots: int) -> None:
         assert 1 < max(len(v) for v in shared) <= most
 
 
-@pytest.mark.parametrize("seed", range(20))
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=20)
 def test_proposition1(seed: int) -> None:
     """No two states are neighbours on the paths of two robots."""
     system = random_system(Shape(robots=6, states=7, path=(3, 5)), seed)
