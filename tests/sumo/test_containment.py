@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
+import pandas as pd
 import pytest
 
 from loopgate import Scenario
@@ -121,3 +122,23 @@ def test_the_reason_says_what_is_closed_or_who_stands(incident: str, reason: str
     assert summary["refusals"] == {reason: 1}
     assert summary["longest_waits_s"][reason] > 300.0
     assert {one["until_s"] for one in summary["standing"]["blocked"]} >= {400.0}
+
+
+def test_a_round_on_a_detour_is_a_lap(tmp_path: Path) -> None:
+    """A lap ends where it began, also if the vehicle was led round a street on its way there."""
+    summary = ran(tmp_path, '[[closures]]\nedge = "C2C1"\nfrom = 100\nto = 400\n')
+    assert summary["standing"]["turns"] > 30
+    events = read_events(tmp_path / "run" / "events.parquet", (Event.EDGE, Event.LAP))
+    laps = events[events["event"] == Event.LAP].groupby("vehicle").size()
+    edges = events[events["event"] == Event.EDGE].groupby("vehicle")["place"]
+    rounds = edges.agg(lambda passed: (passed == passed.iloc[0]).sum() - 1)
+    begins = edges.first()
+    loops = pd.read_parquet(tmp_path / "run" / "loops.parquet").groupby("loop")["edge"].agg(list)
+    vehicles = pd.read_parquet(tmp_path / "run" / "vehicles.parquet").set_index("vehicle")
+    once = [
+        v for v in rounds.index if loops[vehicles["loop"][v]].count(begins[v]) == 1 and begins[v] != "C2C1"
+    ]
+    off = laps.reindex(once, fill_value=0) - rounds[once]
+    assert len(once) > 60
+    assert off.abs().max() <= 1
+    assert -15 <= off.sum() <= 0  # the last round of some is not complete

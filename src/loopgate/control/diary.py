@@ -45,12 +45,36 @@ class Diary:
         self.longest_stood_s = self._stands_s = 0.0
         self._stood_at_s = -inf
         self._from_m = vehicle.front_m
+        self._lap_m = vehicle.front_m + vehicle.lap_m
+        begins = [(begin_m, edge) for begin_m, edge in track.edges if begin_m <= vehicle.front_m]
+        begin_m, edge = max(begins, default=(0.0, ""))
+        self._start: Final = edge, vehicle.front_m - begin_m
+        """Where its laps begin and end: an edge, and the distance from its beginning [m]."""
         self._follow(track, path)
 
     def turns_off(self, track: Track, path: Sequence[Leg], by_m: float) -> None:
         """Note that the vehicle is now on another path, where arc lengths are `by_m` larger."""
         self._from_m += by_m
+        self._lap_m += by_m
+        if self.track.rounds and track.rounds:
+            self._lap_m = self._next_lap_m(track, (self._lap_m - self.vehicle.front_m) / self.track.lap_m)
         self._follow(track, path)
+
+    def _next_lap_m(self, track: Track, left: float) -> float:
+        """Return where the lap ends on another path [m]; `left` is the share that was left of it before.
+
+        A lap ends where it began, if the path leads there. Where a detour leads round that point, the lap is
+        complete once the vehicle is beyond it on its own loop.
+        """
+        edge, beyond_m = self._start
+        front_m, lap_m = self.vehicle.front_m, self.vehicle.lap_m
+        starts = [begin_m + beyond_m for begin_m, name in track.edges if name == edge]
+        if not starts:
+            return front_m + left * lap_m
+        # If the path leads there twice: the time that is as far ahead as the lap had to go.
+        aheads = [(start_m - front_m) % lap_m / lap_m for start_m in starts]
+        ahead = min(aheads, key=lambda share: abs((share - left + 0.5) % 1.0 - 0.5))
+        return front_m + (ahead + round(left - ahead)) * lap_m
 
     def _follow(self, track: Track, path: Sequence[Leg]) -> None:
         """Record what the vehicle passes on a path, from where it is."""
@@ -65,7 +89,6 @@ class Diary:
         self._edge_m = self._begins_m[0]
         while self._edge_m <= vehicle.front_m:
             self._next_edge()
-        self._lap_m = vehicle.front_m + vehicle.lap_m
         self._entered = vehicle.granted
         self._leg_m = inf
         self.due_m = min(self._edge_m, self._lap_m)

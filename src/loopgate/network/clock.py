@@ -18,13 +18,13 @@ def as_number(text: str, *, default: float = math.nan) -> float:
 
 
 def seconds(text: str) -> float:
-    """Return a time in seconds, which days, hours and minutes may precede with colons between.
+    """Return a time in seconds: a number, or ``h:m:s``, or ``d:h:m:s``, as in SUMO.
 
-    Raises `ValueError` if the text is no time.
+    Raises `ValueError` if the text is no time; ``10:00`` could be minutes or hours.
     """
     parts = [float(part) for part in text.split(":")]
     total = sum(part * scale for part, scale in zip(reversed(parts), _SCALES, strict=False))
-    if len(parts) > len(_SCALES) or not math.isfinite(total):
+    if len(parts) not in {1, 3, 4} or not math.isfinite(total):
         msg = f"{text!r} is no time; expected seconds or h:m:s"
         raise ValueError(msg)
     return total

@@ -43,6 +43,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
         ('[[closures]]\nlane = "s1_7"\nfrom = 0', "closures 1: lane is 's1_7', which is no lane of"),
         ('[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0', "give the edge that is closed, or one lane"),
         ('[[closures]]\nedge = "s1"', "from is None; expected seconds or h:m:s"),
+        ('[[closures]]\nedge = "s1"\nfrom = "10:00"', "from is '10:00'; expected seconds or h:m:s"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nto = 3', "it ends at 3 s, but begins at 9 s"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nwhy = "works"', "why"),
         ('[[breakdowns]]\nvehicle = "c"\nfrom = 9', "expected the name of a vehicle on a loop, as a, b"),
