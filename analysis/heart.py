@@ -30,7 +30,7 @@ from compiled_wheel import compile_ledger
 from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.audit import audit_events
 from loopgate.control import ledger as heart
-from loopgate.control.departures import Departures
+from loopgate.control.departures import DepartureRules
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.start import VehicleStart
@@ -191,7 +191,7 @@ def drive(
             room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
             due = assembly.departures
             limits = limits_of(assembly.network, due)
-            departures = Departures(traffic, driving, due, room, limits)
+            departures = DepartureRules(traffic, driving, due, room, limits)
             turnover = Turnover(
                 traffic, driving, list(assembly.tracks[len(here) :]), assembly.starts, turnover_s
             )

@@ -19,7 +19,7 @@ from random import Random
 from everyone import draw
 
 from loopgate.cli.terminal import show_progress
-from loopgate.research.vehicles.walk import Walk
+from loopgate.research.vehicles.walk import RandomWalk
 from loopgate.research.vehicles.world import Receive, begin
 from loopgate.vehicles import post as posts
 
@@ -36,10 +36,10 @@ def walk_through(
     if not any(roads.start) or roads.circle(roads.start):
         return Counter()
     start = begin(roads.loops, roads.slots, roads.start)
-    return judged(Walk(start, Random(seed), loss=loss, receive=receive, forgets=forgets), steps)
+    return judged(RandomWalk(start, Random(seed), loss=loss, receive=receive, forgets=forgets), steps)
 
 
-def judged(walk: Walk, steps: int = STEPS) -> Counter[str]:
+def judged(walk: RandomWalk, steps: int = STEPS) -> Counter[str]:
     """Return what was found on a walk of so many steps, after which all messages get through."""
     for _ in range(steps):
         before = walk.found["moves"]

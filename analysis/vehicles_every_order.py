@@ -30,7 +30,7 @@ SYSTEMS: dict[str, World] = {
     "round both ways, 4": begin([(0, 1, 2), (2, 1, 0)], [2, 2, 2], [[(0, 0), (1, 2)], [(0, 1)], [(0, 2)]]),
 }
 
-CROSSINGS: dict[str, crossing.Crossing] = {
+CROSSINGS: dict[str, crossing.CrossingModel] = {
     "two ways": crossing.begin([(0, 1)], (1, 1)),
     "two ways, one goes twice": crossing.begin([(0, 1)], (2, 1)),
     "three ways, the middle one crosses both": crossing.begin([(0, 1), (1, 2)], (1, 1, 1)),

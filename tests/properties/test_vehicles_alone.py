@@ -13,7 +13,7 @@ from posts_model import Beside, NoStepError, Truth
 from vehicles_alone import WRONG, walk_through
 
 from loopgate.research.vehicles.exploring import explore
-from loopgate.research.vehicles.walk import Walk
+from loopgate.research.vehicles.walk import RandomWalk
 from loopgate.research.vehicles.world import Receive, World, begin
 from loopgate.vehicles import post as posts
 from loopgate.vehicles import vehicle as cars
@@ -238,7 +238,7 @@ def _beside_the_model(
     start = begin(roads.loops, roads.slots, roads.start)
     truth = Truth(list(start.vehicles))
     beside = Beside(truth, receive)
-    walk = Walk(start, Random(seed), loss=loss, receive=beside, forgets=forgets)
+    walk = RandomWalk(start, Random(seed), loss=loss, receive=beside, forgets=forgets)
     for _ in range(steps):
         walk.step()
         truth.look(walk)

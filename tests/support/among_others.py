@@ -7,17 +7,17 @@ from typing import Any
 
 from loopgate.control.ledger import Ledger
 from loopgate.control.ordinary import traffic
-from loopgate.control.places import Junction, Leg, Make, Movement, Pass, Place, path_of
+from loopgate.control.places import ConflictGroup, Leg, Make, Movement, Pass, Place, path_of
 from loopgate.control.roads import (
     Across,
     Approach,
     Coming,
-    Edge,
-    Lane,
     Lookout,
     Other,
-    Stretch,
-    Turn,
+    RoadEdge,
+    RoadLane,
+    RoadStretch,
+    RoadTurn,
 )
 from loopgate.control.sight import Map, Sight
 from loopgate.control.slack import Slack
@@ -51,12 +51,12 @@ class Scene:
     """A vehicle 10 m before the line of `here`; `next` holds two behind a junction of 20 m; `foe` crosses."""
 
     def __init__(self, **figures: Any) -> None:  # noqa: ANN401  of the lookout
-        edges = {name: Edge(100.0, 10.0) for name in ("here", "next", "side")}
+        edges = {name: RoadEdge(100.0, 10.0) for name in ("here", "next", "side")}
         self.lanes = {
-            name: Lane(name, edges[name], 100.0, 10.0, inside=False) for name in ("here", "next", "side")
+            name: RoadLane(name, edges[name], 100.0, 10.0, inside=False) for name in ("here", "next", "side")
         }
-        self.foe = Lane("foe", Edge(inf, 0.0), 20.0, 10.0, inside=True)
-        self.turn = Turn(20.0)
+        self.foe = RoadLane("foe", RoadEdge(inf, 0.0), 20.0, 10.0, inside=True)
+        self.turn = RoadTurn(20.0)
         self.edges = edges
         self.told = Told()
         self.sight = Sight(Map({}, {}, {}), self.told)  # type: ignore[arg-type]
@@ -64,11 +64,11 @@ class Scene:
         places = Place("here", 9), Place("next", figures.pop("slots", 9))
         self.path: list[Leg] = path_of(list(places), closed=True)
         here, after = self.path
-        here.stretch = Stretch(self.lanes["here"], 0.0, 100.0, [], [])
-        after.stretch = Stretch(self.lanes["next"], 0.0, 100.0, [], [])
+        here.stretch = RoadStretch(self.lanes["here"], 0.0, 100.0, [], [])
+        after.stretch = RoadStretch(self.lanes["next"], 0.0, 100.0, [], [])
         for leg, begin_m in ((here, 0.0), (after, 120.0)):
             leg.begin_m, leg.end_m = begin_m, begin_m + 100.0  # type: ignore[misc]
-        over = Pass(Movement("over", Junction()), 10.0, -inf)
+        over = Pass(Movement("over", ConflictGroup()), 10.0, -inf)
         over.lookout = Lookout(
             [Across(self.foe, 15.0, unseen=False)], [Approach(self.turn)], 0.0, 20.0, 10.0, **figures
         )

@@ -9,7 +9,7 @@ from itertools import pairwise
 from builders import system
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control import blocking
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import GRANTED, REFUSED
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.refusal import Refusal
@@ -58,7 +58,7 @@ class ByHand:
         self.ledger = deciding.ledger([self._outside], step_s=1.0)
         everyone = len(system.robots)
         rooms = zip(system.states, system.room, system.private, strict=True)
-        self._layout = Layout({name: everyone if alone else room for name, room, alone in rooms}, legs)
+        self._layout = PlaceLayout({name: everyone if alone else room for name, room, alone in rooms}, legs)
         deciding.know(self._layout.places)
         for robot, drawn in zip(system.robots, legs, strict=True):
             path = self._layout.path(drawn)

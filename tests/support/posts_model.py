@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import NamedTuple
 
-from loopgate.research.vehicles.walk import Walk
+from loopgate.research.vehicles.walk import RandomWalk
 from loopgate.research.vehicles.world import Receive
 from loopgate.vehicles import post as posts
 from loopgate.vehicles.messages import Ask, Clear, Message, Probe, ToPost
@@ -48,7 +48,7 @@ class Truth:
         """Stays whose rears are still inside, the oldest first."""
         self._before = list(vehicles)
 
-    def look(self, walk: Walk) -> None:
+    def look(self, walk: RandomWalk) -> None:
         """Take note of what has happened in a step of the walk."""
         for number, (before, after) in enumerate(zip(self._before, walk.vehicles, strict=True)):
             if before is not after:

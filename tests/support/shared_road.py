@@ -9,7 +9,7 @@ from fake_traffic import FakeTraffic, FakeVehicle
 from loopgate.abstraction.itinerary import DrawnLeg, Round, Track
 from loopgate.control.diary import Row
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
 from loopgate.model import StateId
@@ -44,7 +44,7 @@ class SharedRoad:
         self.traffic = FakeTraffic(
             {track.vehicle: vehicle_at(track.vehicle, track.front_m) for track in self.tracks}
         )
-        layout = Layout(slots, [track.legs for track in self.tracks])
+        layout = PlaceLayout(slots, [track.legs for track in self.tracks])
         self.driving = Driving(self.traffic, layout, Ledger(usual()))
         self.driving.take_in(self.tracks)
 

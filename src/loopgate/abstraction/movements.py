@@ -35,14 +35,16 @@ _SPREAD_M = 0.3
 _ROUNDING = 1e-9
 
 
-class Part(NamedTuple):
+class FreePart(NamedTuple):
     """A part of a lane [m]."""
 
     begin_m: float
     end_m: float
 
 
-def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, float]) -> Mapping[str, Part]:
+def waiting_parts(
+    network: RoadNetwork, touches: Touches, tails: Mapping[str, float]
+) -> Mapping[str, FreePart]:
     """Find, for each lane with touches, the longest part in which no body touches another path.
 
     A body in a part has its rear beyond the part's beginning and its front before its end. Stop lines move
@@ -71,18 +73,18 @@ def waiting_parts(network: RoadNetwork, touches: Touches, tails: Mapping[str, fl
     return {lane: _longest(ends_m[lane], fronts) for lane, fronts in touched.items()}
 
 
-def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> Part:
+def _longest(length_m: float, fronts: Iterable[tuple[float, float]]) -> FreePart:
     """Return the longest part without touches.
 
     Each touched body has its front beyond the part, or its rear before it.
     """
     rows = sorted(fronts)
-    best = Part(0.0, 0.0)
+    best = FreePart(0.0, 0.0)
     begin = 0.0
     for number in range(len(rows) + 1):
         end = min(rows[number][0] - _BACK_M, length_m) if number < len(rows) else length_m
         if end - begin > best.end_m - best.begin_m:
-            best = Part(begin, end)
+            best = FreePart(begin, end)
         if number < len(rows):
             front, length = rows[number]
             begin = max(begin, front - length + _BACK_M)
@@ -216,7 +218,7 @@ def least_place_m(needed_m: float) -> float:
 def lay_stretches(
     network: RoadNetwork,
     users: Sequence[tuple[Loop, VehicleType]],
-    parts: Mapping[str, Part],
+    parts: Mapping[str, FreePart],
     *,
     reach_m: float = REACH_M,
     near: Narrow | None = None,
@@ -276,18 +278,18 @@ def lay_stretches(
     return stretches, narrow
 
 
-def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, Part]) -> Part:
+def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, FreePart]) -> FreePart:
     """Return the part in which vehicles may wait on all used lanes of an edge."""
     own = [parts[lane.id] for lane in edge.lanes if lane.id in lanes and lane.id in parts]
     begin_m = max((part.begin_m for part in own), default=0.0)
-    return Part(begin_m, min((part.end_m for part in own), default=edge.length_m))
+    return FreePart(begin_m, min((part.end_m for part in own), default=edge.length_m))
 
 
 def _whole(edge: str, length_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m, 0.0, length_m)
 
 
-def _in_the_middle(edge: str, length_m: float, needed_m: float, free: Part) -> Stretch:
+def _in_the_middle(edge: str, length_m: float, needed_m: float, free: FreePart) -> Stretch:
     place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
@@ -406,7 +408,7 @@ def find_conflicts(
     network: RoadNetwork,
     movements: Iterable[Connection],
     touches: Touches,
-    places: Mapping[str, Part],
+    places: Mapping[str, FreePart],
 ) -> Conflicts:
     """Find the conflicts among movements.
 
@@ -465,7 +467,7 @@ def find_conflicts(
 
 
 def _between_places(
-    network: RoadNetwork, movement: Connection, length_m: float, places: Mapping[str, Part]
+    network: RoadNetwork, movement: Connection, length_m: float, places: Mapping[str, FreePart]
 ) -> tuple[float, float]:
     """Return where a front leaves the place before a movement, and a rear enters the place after it [m].
 
@@ -502,7 +504,7 @@ class _UnderWay:
     """Finds the movement that a vehicle is on, from its path and the position of its front."""
 
     def __init__(
-        self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, Part]
+        self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, FreePart]
     ) -> None:
         self.names: list[str] = []
         self._network = network

@@ -11,8 +11,8 @@ from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Guide, Itinerary
 from loopgate.abstraction.movements import (
     LEAST_CAPACITY,
     Conflicts,
+    FreePart,
     Narrow,
-    Part,
     Passage,
     QueuePlace,
     Stretch,
@@ -38,7 +38,7 @@ _SHORTEST_M = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class LaneTurn:
     """A movement between two places, and the distance from the first place to its end [m]."""
 
     movement: Connection
@@ -65,7 +65,7 @@ class Target:
 
 
 def find_guides(
-    network: RoadNetwork, course: Sequence[Turn | Target], vclass: str
+    network: RoadNetwork, course: Sequence[LaneTurn | Target], vclass: str
 ) -> tuple[Guide, ...] | Connection:
     """Find the stops that keep a vehicle on the lanes of its loop from place to place.
 
@@ -81,9 +81,9 @@ def find_guides(
         The stops; or the movement whose next lane is too short for a stop.
     """
     guides: list[Guide] = []
-    turns: list[Turn] = []
+    turns: list[LaneTurn] = []
     for item in course:
-        if isinstance(item, Turn):
+        if isinstance(item, LaneTurn):
             turns.append(item)
             continue
         choices = [turn for turn in turns if _ways(network, turn.movement, vclass) > 1]
@@ -108,7 +108,7 @@ def _ways(network: RoadNetwork, movement: Connection, vclass: str) -> int:
     return sum(c.from_lane == movement.from_lane for c in between)
 
 
-def _ways_round(network: RoadNetwork, turns: Sequence[Turn], lane: int, vclass: str) -> int:
+def _ways_round(network: RoadNetwork, turns: Sequence[LaneTurn], lane: int, vclass: str) -> int:
     """Return the number of sequences of lanes over which the turns lead to a lane without lane changes."""
     ways = Counter({turns[0].movement.from_lane: 1})
     for turn in turns:
@@ -290,14 +290,14 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     )
 
 
-def _places_on(pieces: Iterable[Piece]) -> dict[str, Part]:
+def _places_on(pieces: Iterable[Piece]) -> dict[str, FreePart]:
     """Return the beginning of the first place and the end of the last place on each lane."""
-    found: dict[str, Part] = {}
+    found: dict[str, FreePart] = {}
     for piece in pieces:
         if piece.place is not None and not piece.place.away:
             lane, begin_m = f"{piece.edge}_{piece.lane}", piece.at_m - piece.length_m
-            known = found.get(lane, Part(begin_m, piece.at_m))
-            found[lane] = Part(min(known.begin_m, begin_m), max(known.end_m, piece.at_m))
+            known = found.get(lane, FreePart(begin_m, piece.at_m))
+            found[lane] = FreePart(min(known.begin_m, begin_m), max(known.end_m, piece.at_m))
     return found
 
 
@@ -323,7 +323,7 @@ class _Plan:
         self,
         network: RoadNetwork,
         counts: Mapping[tuple[Loop, VehicleType], int],
-        parts: Mapping[str, Part] | None = None,
+        parts: Mapping[str, FreePart] | None = None,
         near: Narrow | None = None,
     ) -> None:
         self._network, users = network, tuple(counts)
@@ -374,7 +374,7 @@ class _Plan:
         # The road's own length: that of a span is a difference of arc lengths, rounded by loop.
         length_m = self._network.lanes[span.lane_id].length_m
         if stretch is None:
-            part = self._parts.get(span.lane_id, Part(0.0, length_m))
+            part = self._parts.get(span.lane_id, FreePart(0.0, length_m))
             yield self._waiting(span, span.lane, *part, span.lane_id)
             return
         if stretch.begin_m > 0:
@@ -450,12 +450,12 @@ def _ahead_m(loop: Loop, here: Piece, piece: Piece) -> float:
     return round((piece.begin_m - line_m) % loop.lap_m, 6)
 
 
-def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[Turn | Target]:
+def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[LaneTurn | Target]:
     """Yield the movements and lanes between two places, for `find_guides`."""
     for piece in between:
         passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
-            yield Turn(piece.movement, ahead + piece.length_m)
+            yield LaneTurn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
             yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
     # A vehicle that arrives stays on its last lane, so guides to that lane end where the lane begins.

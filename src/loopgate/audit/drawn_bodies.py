@@ -53,7 +53,7 @@ class LaneOnWay:
         return sorted((metres, lane) for lane, metres in self.window.items() if metres <= 0.0)
 
 
-class Body(NamedTuple):
+class DrawnBody(NamedTuple):
     """A body on a way: position of its front [m], length [m], lane of its rear, whether it is in a place."""
 
     way: int
@@ -186,9 +186,9 @@ def _path(layout: Layout, lanes: _Lanes, k: int, reach_m: float) -> tuple[Floats
     return np.concatenate([p for p, _ in reversed(parts)]), np.concatenate([a for _, a in reversed(parts)])
 
 
-def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[Body], Any]:
+def draw_bodies(layout: Layout, ways: Sequence[LaneOnWay]) -> tuple[list[DrawnBody], Any]:
     """Return the bodies and their rectangles; of a jointed vehicle, one body and rectangle for each part."""
-    bodies: list[Body] = []
+    bodies: list[DrawnBody] = []
     corners: list[Floats] = []
     for number, way in enumerate(ways):
         for (length_m, jointed), width_m in way.sizes.items():
@@ -229,7 +229,7 @@ def _rectangles(
     return known, np.stack((front[known] + side, front[known] - side, tail - side, tail + side), axis=1)
 
 
-def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length_m: float) -> list[Body]:
+def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length_m: float) -> list[DrawnBody]:
     rear_m = at_m - length_m + _ROUNDING_M
     waits = np.zeros(len(at_m), dtype=bool)
     for begin, end in _places(layout, way, length_m):
@@ -241,7 +241,7 @@ def _described(layout: Layout, number: int, way: LaneOnWay, at_m: Floats, length
         for rear, k in zip(rear_m.tolist(), last.tolist(), strict=True)
     ]
     columns = zip(at_m.tolist(), lanes, waits.tolist(), strict=True)
-    return [Body(number, front, length_m, lane, wait) for front, lane, wait in columns]
+    return [DrawnBody(number, front, length_m, lane, wait) for front, lane, wait in columns]
 
 
 def _places(layout: Layout, way: LaneOnWay, length_m: float) -> list[tuple[float, float]]:

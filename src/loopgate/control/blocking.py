@@ -9,7 +9,7 @@ from loopgate.control.chain import RoadGate
 from loopgate.control.keeping import PASSED_OVER
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
-from loopgate.control.roads import BEYOND_M, Lane, Other
+from loopgate.control.roads import BEYOND_M, Other, RoadLane
 from loopgate.control.slack import Slack
 from loopgate.gates.base import Reason
 
@@ -110,7 +110,7 @@ def _before(vehicle: Vehicle) -> Iterator[Other]:
         yield from _upon(lane, inf)
 
 
-def _upon(lane: Lane, past_m: float) -> Iterator[Other]:
+def _upon(lane: RoadLane, past_m: float) -> Iterator[Other]:
     """Yield the ordinary vehicles with their front on a lane, or with their rear before `past_m` on it."""
     yield from lane.fronts
     for rear in lane.rears:

@@ -19,7 +19,7 @@ from typing import Final
 
 from loopgate.control.ordinary import comes, is_late
 from loopgate.control.part import Part
-from loopgate.control.places import MARGIN_M, STANDING_MPS, Trip, Vehicle, braking_m, safe_speed
+from loopgate.control.places import MARGIN_M, STANDING_MPS, GrantedPass, Vehicle, braking_m, safe_speed
 from loopgate.control.roads import BEYOND_M, Lookout
 from loopgate.traffic.base import Traffic
 
@@ -53,8 +53,8 @@ class _Manners:
         self.first = False
         self.since_s = inf
         self.stands_s = inf
-        self.clear: Trip | None = None
-        self.freed: Trip | None = None
+        self.clear: GrantedPass | None = None
+        self.freed: GrantedPass | None = None
         self.soon_m = -inf
 
     def heeds(self) -> bool:
@@ -136,7 +136,7 @@ class Courtesy(Part):
     def _limit(
         self,
         vehicle: Vehicle,
-        trip: Trip | None,
+        trip: GrantedPass | None,
         manners: _Manners,
         now_s: float,
         step_s: float,
@@ -166,7 +166,7 @@ class Courtesy(Part):
         return safe_speed(room_m, make.decel, step_s)
 
 
-def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | None:
+def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> GrantedPass | None:
     """Return the trip over the first movement ahead of a vehicle.
 
     A movement that the vehicle has entered still counts while its front is less than `beyond_m`, plus
@@ -181,7 +181,7 @@ def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> Trip | Non
     return None
 
 
-def _matters(vehicle: Vehicle, trip: Trip | None) -> bool:
+def _matters(vehicle: Vehicle, trip: GrantedPass | None) -> bool:
     """Return whether a vehicle stands before its next movement, or may have to give way on it."""
     lookout = None if trip is None else trip.over.lookout
     if lookout is None:
@@ -190,7 +190,7 @@ def _matters(vehicle: Vehicle, trip: Trip | None) -> bool:
 
 
 def _is_closed(
-    vehicle: Vehicle, trip: Trip, lookout: Lookout, left_m: float, manners: _Manners, now_s: float
+    vehicle: Vehicle, trip: GrantedPass, lookout: Lookout, left_m: float, manners: _Manners, now_s: float
 ) -> bool:
     """Return whether an ordinary vehicle is on the movement `left_m` ahead, or comes to it."""
     waits = lookout.wait_m > 0.0 or vehicle.speed < STANDING_MPS
@@ -200,7 +200,7 @@ def _is_closed(
     return closed
 
 
-def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> None:
+def _go_on(vehicle: Vehicle, clear: GrantedPass, manners: _Manners, now_s: float) -> None:
     """Let a vehicle drive on over a movement that was clear, while it could have to wait inside."""
     lookout = clear.over.lookout
     if lookout is None or clear not in vehicle.trips:
@@ -212,7 +212,9 @@ def _go_on(vehicle: Vehicle, clear: Trip, manners: _Manners, now_s: float) -> No
             manners.first = True
 
 
-def _is_free(vehicle: Vehicle, freed: Trip | None, manners: _Manners, since_s: float, now_s: float) -> bool:
+def _is_free(
+    vehicle: Vehicle, freed: GrantedPass | None, manners: _Manners, since_s: float, now_s: float
+) -> bool:
     """Return whether a vehicle goes on without giving way, because it waits only for granted vehicles."""
     trip = next_trip(vehicle, 0.0, 1.0)
     lookout = None if trip is None else trip.over.lookout

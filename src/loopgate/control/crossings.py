@@ -26,7 +26,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.lights import passes_lights
-from loopgate.control.places import Body, Foe, Pass, Trip, Vehicle, braking_time_s, time_s
+from loopgate.control.places import Body, Foe, GrantedPass, Pass, Vehicle, braking_time_s, time_s
 
 PAST: Final = 0
 BEFORE: Final = 1
@@ -92,7 +92,7 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
     return None
 
 
-def _relation(vehicle: Vehicle, foe: Foe, trip: Trip, shared: Foe) -> int:
+def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int:
     """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
@@ -116,7 +116,7 @@ def _is_ever_on(foe: Foe, vehicle: Vehicle) -> bool:
     return foe.from_m - foe.to_m <= vehicle.make.length_m
 
 
-def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe) -> bool:
+def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe) -> bool:
     """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
     if other.steered or not other.make.foreseen:
@@ -143,7 +143,9 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Fo
     return passed_s + _AHEAD_S <= reached_s and not _may_be_held(trip, inside_m)
 
 
-def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe, now_s: float) -> bool:
+def _comes_later(
+    vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe, now_s: float
+) -> bool:
     """Return whether a vehicle that goes now is surely past the stretch before the other gets there."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
@@ -166,7 +168,7 @@ def _comes_later(vehicle: Vehicle, over: Pass, foe: Foe, trip: Trip, shared: Foe
     return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
 
 
-def _may_be_held(trip: Trip, inside_m: float) -> bool:
+def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:
     """Return whether SUMO may make a granted vehicle wait before or on the junction.
 
     `inside_m`: how far its front is beyond its stop line [m].

@@ -65,7 +65,7 @@ On a grid of avenues with as many trips as SUMO's lights can take, 1165 of 1800 
 if crowded paths stop no departure. With the shares above, 1349 arrive, but in a town 5 to 10 % fewer."""
 
 
-class Departures:
+class DepartureRules:
     """Lets vehicles depart, one at a time in each place; call `look` after each step.
 
     A vehicle that drives once waits while its path is crowded.

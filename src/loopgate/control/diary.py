@@ -185,7 +185,7 @@ class Diary:
         self.halted_s = max(self.halted_s, now_s)  # stays infinite for a vehicle that is not held
 
 
-class Seen:
+class StepSeen:
     """What `look` has found.
 
     `renewed`: the vehicles whose route SUMO has renewed. `still`: the diaries of the vehicles that stand.
@@ -198,9 +198,9 @@ class Seen:
         self.fast: list[tuple[Diary, float]] = []
 
 
-def look(diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]) -> Seen:
+def look(diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]) -> StepSeen:
     """Set the fronts [m] and speeds of all vehicles, and record what they have reached."""
-    seen, due, step_s = Seen(), list[Diary](), ledger.step_s
+    seen, due, step_s = StepSeen(), list[Diary](), ledger.step_s
     still, fast = seen.still, seen.fast
     still_m, fast_m = STANDING_MPS * step_s, LEAP_MPS * step_s
     for diary, front_m in zip(diaries, fronts_m, strict=True):

@@ -14,9 +14,9 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
 from loopgate.control.chain import closes_by_turning
 from loopgate.control.courtesy import Courtesy
-from loopgate.control.diary import LEAP_MPS, Diary, Row, Seen, look, write_down
+from loopgate.control.diary import LEAP_MPS, Diary, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
-from loopgate.control.layout import Drawings, Layout
+from loopgate.control.layout import Drawings, PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights
 from loopgate.control.ordinary import is_too_full
@@ -39,7 +39,7 @@ class Paths:
     Vehicles with the same drawn legs share a path.
     """
 
-    def __init__(self, layout: Layout) -> None:
+    def __init__(self, layout: PlaceLayout) -> None:
         self._layout = layout
         self._laid: dict[int, tuple[Drawings, list[Leg]]] = {}
         """The drawn legs and their path, by identity of the drawn legs."""
@@ -77,7 +77,7 @@ class Paths:
         self._layout.extend(slots, list(ways.values()), list(laid.values()))
         self._laid.clear()
 
-    def lay_anew(self, layout: Layout) -> None:
+    def lay_anew(self, layout: PlaceLayout) -> None:
         """Use another layout; no vehicle is on the road."""
         self._layout, self.places = layout, layout.places
         self._laid.clear()
@@ -241,7 +241,7 @@ class Totals:
         """Keep the laps of a vehicle that leaves."""
         self._laps += diary.all_laps
 
-    def look(self, seen: Seen, there: int, driven_m: float) -> None:
+    def look(self, seen: StepSeen, there: int, driven_m: float) -> None:
         """Count one step, in which the first `there` vehicles came `driven_m` [m] in all."""
         self._steps += 1
         self._driven_m += driven_m
@@ -343,7 +343,7 @@ class Driving:
     def __init__(
         self,
         traffic: Traffic,
-        layout: Layout,
+        layout: PlaceLayout,
         ledger: Ledger,
         sight: Sight | None = None,
         stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),

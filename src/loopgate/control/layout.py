@@ -8,12 +8,12 @@ from types import MappingProxyType
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.lamps import Signal
-from loopgate.control.places import Foe, Junction, Leg, Movement, Pass, Place, joined
+from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
 Drawings = Sequence[DrawnLeg]
 
 
-class Layout:
+class PlaceLayout:
     """Places by name, and paths.
 
     Parameters
@@ -56,10 +56,10 @@ class Layout:
         self.places |= {name: Place(name, room) for name, room in slots.items() if name not in self.places}
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
-        junctions: dict[str, Junction] = {}
+        junctions: dict[str, ConflictGroup] = {}
         before = {movement.junction: None for movement in self._movements.values()}
         for name in sorted(crossings):
-            junction = junctions.setdefault(together[name], Junction())
+            junction = junctions.setdefault(together[name], ConflictGroup())
             if name in self._movements:
                 self._movements[name].junction = junction
             else:

@@ -9,7 +9,7 @@ from typing import Final
 
 from loopgate.control.chain import ChainGate, RoadGate, closes_by_entering
 from loopgate.control.keeping import Keeping
-from loopgate.control.places import POINT, TOLERANCE_M, Body, Leg, Make, Place, Trip, Vehicle
+from loopgate.control.places import POINT, TOLERANCE_M, Body, GrantedPass, Leg, Make, Place, Vehicle
 from loopgate.control.pressure import Pressure
 from loopgate.control.refusal import Refusal, Rule
 
@@ -520,7 +520,7 @@ class Ledger(Holdings):
         if was_settled:  # otherwise it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
-            trip = Trip(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)
+            trip = GrantedPass(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
             vehicle.trips.append(trip)
         vehicle.near = False

@@ -23,7 +23,7 @@ from typing import Final
 
 from loopgate.control.lamps import ARROW, OPEN, RED, Signal
 from loopgate.control.part import Part
-from loopgate.control.places import STANDING_MPS, Leg, Pass, Trip, Vehicle, braking_m, time_s
+from loopgate.control.places import STANDING_MPS, GrantedPass, Leg, Pass, Vehicle, braking_m, time_s
 from loopgate.control.refusal import Refusal
 from loopgate.traffic.base import Traffic
 
@@ -163,7 +163,7 @@ class Lights(Part):
         if now_s - since_s > self._longest[0]:
             self._longest = now_s - since_s, over
 
-    def _letter(self, trip: Trip) -> str:
+    def _letter(self, trip: GrantedPass) -> str:
         """Return the letter of the light on a trip, or "" without a light."""
         signal = trip.over.signal
         if signal is None:
@@ -171,7 +171,7 @@ class Lights(Part):
         signal.lamp.look(self._traffic.now_s)
         return signal.lamp.state[signal.link]
 
-    def _look_at(self, trip: Trip, now_s: float) -> None:
+    def _look_at(self, trip: GrantedPass, now_s: float) -> None:
         vehicle, signal = trip.vehicle, trip.over.signal
         if signal is None:
             return
@@ -194,7 +194,7 @@ class Lights(Part):
             (self._heedless.add if drives_on else self._heedless.discard)(vehicle)
 
 
-def _may_close(trip: Trip, now_s: float) -> bool:
+def _may_close(trip: GrantedPass, now_s: float) -> bool:
     """Return whether a light may be closed in the next step."""
     signal = trip.over.signal
     if signal is None:

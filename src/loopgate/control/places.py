@@ -6,7 +6,7 @@ from math import floor, inf, log, sqrt
 from typing import Final
 
 from loopgate.control.lamps import Signal
-from loopgate.control.roads import Lookout, Stretch
+from loopgate.control.roads import Lookout, RoadStretch
 
 STANDING_MPS: Final = 0.1
 """A vehicle slower than this stands, as in SUMO's waiting time [m/s]."""
@@ -114,20 +114,20 @@ class Movement:
 
     __slots__ = ("beside", "junction", "kept_for", "name")
 
-    def __init__(self, name: str, junction: Junction) -> None:
+    def __init__(self, name: str, junction: ConflictGroup) -> None:
         self.name: Final = name
         self.junction = junction
         self.beside: list[Movement] = []
         self.kept_for: Vehicle | None = None
 
 
-class Junction:
+class ConflictGroup:
     """Movements that conflicts link, directly or not. `trips`: the grants over them that still hold."""
 
     __slots__ = ("trips",)
 
     def __init__(self) -> None:
-        self.trips: list[Trip] = []
+        self.trips: list[GrantedPass] = []
 
 
 class Foe:
@@ -200,7 +200,7 @@ class Leg:
         self.after: Leg | None = None
         self.passes: list[Pass] = []
         self.guided = False
-        self.stretch: Stretch | None = None
+        self.stretch: RoadStretch | None = None
         self.slot_m = 0.0
 
 
@@ -234,7 +234,7 @@ class Body:
         self.out_m: Final = out_m
 
 
-class Trip:
+class GrantedPass:
     """A vehicle's grant over one movement.
 
     `line_m`: arc length of the stop line before it [m]. `clear_m`: arc length of the front when the rear is
@@ -352,7 +352,7 @@ class Vehicle:
         self.speed = 0.0
         self.line_m = self._end_m()
         self.bodies: list[Body] = []
-        self.trips: list[Trip] = []
+        self.trips: list[GrantedPass] = []
         self.watchers: list[tuple[float, Vehicle]] = []
         self.due_m = self.back_m = inf
         self.asks = self.answered = self.mover = False

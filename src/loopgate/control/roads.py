@@ -11,7 +11,7 @@ BEYOND_M: Final = 0.3
 """A vehicle may stand this far beyond the end of its place [m]."""
 
 
-class Edge:
+class RoadEdge:
     """An edge of the network.
 
     `length_m`: length of its longest lane [m]. `limit`: speed limit of its fastest lane [m/s]. `coming`: the
@@ -26,7 +26,7 @@ class Edge:
         self.coming: dict[Other, None] = {}
 
 
-class Turn:
+class RoadTurn:
     """The way from one edge over a junction to another edge.
 
     `through_m`: its length [m]. `coming`: the ordinary vehicles that may be there soon.
@@ -39,7 +39,7 @@ class Turn:
         self.coming: list[Coming] = []
 
 
-class Lane:
+class RoadLane:
     """A lane of an edge, or a lane `inside` a junction.
 
     `length_m`: its length [m]. `limit`: its speed limit [m/s]. `ahead`: the lane that follows, by the edge
@@ -50,14 +50,14 @@ class Lane:
 
     __slots__ = ("ahead", "behind", "edge", "fronts", "inside", "length_m", "limit", "name", "rears")
 
-    def __init__(self, name: str, edge: Edge, length_m: float, limit: float, *, inside: bool) -> None:
+    def __init__(self, name: str, edge: RoadEdge, length_m: float, limit: float, *, inside: bool) -> None:
         self.name: Final = name
         self.edge: Final = edge
         self.length_m: Final = length_m
         self.limit: Final = limit
         self.inside: Final = inside
-        self.ahead: dict[Edge | None, Lane] = {}
-        self.behind: dict[Edge | None, Lane] = {}
+        self.ahead: dict[RoadEdge | None, RoadLane] = {}
+        self.behind: dict[RoadEdge | None, RoadLane] = {}
         self.fronts: list[Other] = []
         self.rears: list[Rear] = []
 
@@ -70,7 +70,7 @@ class Lane:
                 return True
         return False
 
-    def from_edge(self, edge: Edge | None) -> Lane | None:
+    def from_edge(self, edge: RoadEdge | None) -> RoadLane | None:
         """Return the lane before this one on the way from an edge, if there is one."""
         return self.behind.get(None) or self.behind.get(edge)
 
@@ -96,20 +96,20 @@ class Other:
         self.accel: Final = accel
         self.decel: Final = decel
         self.haste: Final = haste
-        self.lane: Lane | None = None
+        self.lane: RoadLane | None = None
         self.lane_name = ""
         self.position_m = 0.0
         self.speed = 0.0
         self.parks = True
-        self.edges: list[Edge] = []
-        self.turns: list[Turn | None] = []
+        self.edges: list[RoadEdge] = []
+        self.turns: list[RoadTurn | None] = []
         self.route_name = ""
         self.at = 0
-        self.on: Lane | None = None
+        self.on: RoadLane | None = None
         self.until_s = -inf
         self.stood_s = self.seen_s = -inf
         self.entries: list[Coming] = []
-        self.coming_to: list[Edge] = []
+        self.coming_to: list[RoadEdge] = []
 
 
 class Rear:
@@ -131,7 +131,7 @@ class Coming:
 
     __slots__ = ("first", "limit", "other", "to_m", "turn")
 
-    def __init__(self, other: Other, turn: Turn, to_m: float, limit: float, *, first: bool) -> None:
+    def __init__(self, other: Other, turn: RoadTurn, to_m: float, limit: float, *, first: bool) -> None:
         self.other: Final = other
         self.turn: Final = turn
         self.to_m: Final = to_m
@@ -139,7 +139,7 @@ class Coming:
         self.first: Final = first
 
 
-class Stretch:
+class RoadStretch:
     """The part of a lane where the place of a leg lies, from `begin_m` to `end_m` [m].
 
     `into`: lanes inside the junction before it from which vehicles drive into the place. `between`: lanes
@@ -150,11 +150,11 @@ class Stretch:
 
     def __init__(
         self,
-        lane: Lane,
+        lane: RoadLane,
         begin_m: float,
         end_m: float,
-        into: list[Lane],
-        between: list[Lane],
+        into: list[RoadLane],
+        between: list[RoadLane],
         *,
         is_away: bool = False,
     ) -> None:
@@ -179,7 +179,7 @@ class Across:
 
     __slots__ = ("lane", "past_m", "unseen")
 
-    def __init__(self, lane: Lane, past_m: float, *, unseen: bool) -> None:
+    def __init__(self, lane: RoadLane, past_m: float, *, unseen: bool) -> None:
         self.lane: Final = lane
         self.past_m: Final = past_m
         self.unseen: Final = unseen
@@ -190,7 +190,7 @@ class Approach:
 
     __slots__ = ("lamp", "link", "turn")
 
-    def __init__(self, turn: Turn, lamp: Lamp | None = None, link: int = 0) -> None:
+    def __init__(self, turn: RoadTurn, lamp: Lamp | None = None, link: int = 0) -> None:
         self.turn: Final = turn
         self.lamp: Final = lamp
         self.link: Final = link

@@ -10,7 +10,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.places import STANDING_MPS
-from loopgate.control.roads import Coming, Edge, Lane, Other, Rear, Turn
+from loopgate.control.roads import Coming, Other, Rear, RoadEdge, RoadLane, RoadTurn
 from loopgate.traffic.base import Traffic
 
 HORIZON_S: Final = 20.0
@@ -30,12 +30,12 @@ class Map:
     """
 
     def __init__(
-        self, lanes: dict[str, Lane], edges: dict[str, Edge], turns: dict[tuple[str, str], Turn]
+        self, lanes: dict[str, RoadLane], edges: dict[str, RoadEdge], turns: dict[tuple[str, str], RoadTurn]
     ) -> None:
         self.lanes: Final = lanes
         self.edges: Final = edges
         self.turns: Final = turns
-        self.nowhere: Final = Edge(inf, 0.0)
+        self.nowhere: Final = RoadEdge(inf, 0.0)
 
 
 class Sight:
@@ -55,7 +55,7 @@ class Sight:
         self._names: list[str] = []
         self._rows: list[int] = []
         """Index of each ordinary vehicle among the vehicles that are read."""
-        self._used: list[Lane] = []
+        self._used: list[RoadLane] = []
         """Lanes with rears on them."""
 
     def read_everybody(self) -> None:
@@ -155,7 +155,7 @@ class Sight:
             self._read_route(other, lane)
         self._list_ways(other, lane)
 
-    def _read_route(self, other: Other, lane: Lane) -> None:
+    def _read_route(self, other: Other, lane: RoadLane) -> None:
         names, at = self._traffic.route(other.name)
         route, roads = self._traffic.route_id(other.name), self.roads
         if route != other.route_name or not other.edges:
@@ -167,7 +167,7 @@ class Sight:
         there = lane.inside or (at < len(other.edges) and other.edges[at] is lane.edge)
         other.on = lane if there else None
 
-    def _list_ways(self, other: Other, lane: Lane) -> None:
+    def _list_ways(self, other: Other, lane: RoadLane) -> None:
         """List a vehicle at the turns that it may come to from its lane, and at its next edges."""
         _forget_ways(other)
         edges, turns, at = other.edges, other.turns, other.at
@@ -200,7 +200,7 @@ class Sight:
         lane, at, left_m = other.lane, other.at, other.length_m - other.position_m
         edges = other.edges
         while lane is not None and left_m > 0.0 and edges:
-            edge: Edge | None = None
+            edge: RoadEdge | None = None
             if not lane.inside:
                 at = at if edges[at] is lane.edge else at - 1
                 if at <= 0:

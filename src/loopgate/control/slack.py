@@ -14,7 +14,7 @@ from math import floor, inf
 from typing import Final
 
 from loopgate.control.places import STANDING_MPS, Body, Leg, Place, Vehicle
-from loopgate.control.roads import Edge, Lane, Other, Stretch
+from loopgate.control.roads import Other, RoadEdge, RoadLane, RoadStretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5
@@ -28,7 +28,7 @@ _CLEAR_M: Final = 40.0
 """A parked vehicle returns only if no ordinary vehicle is this near behind it [m]."""
 
 
-def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
+def fit(stretch: RoadStretch, there: Iterable[Vehicle], length_m: float) -> float:
     """Return how many more vehicles of a length fit into a place beside the vehicles in it.
 
     The vehicles in it are `there`, and the ordinary vehicles in the place or on the way into it. Each takes
@@ -43,7 +43,7 @@ def fit(stretch: Stretch, there: Iterable[Vehicle], length_m: float) -> float:
     return _more(stretch, taken_m, length_m)
 
 
-def fit_beside(stretch: Stretch, bodies: Iterable[Body], length_m: float) -> float:
+def fit_beside(stretch: RoadStretch, bodies: Iterable[Body], length_m: float) -> float:
     """Return `fit` beside the vehicles that hold the slots `bodies`."""
     taken_m = _taken_m(stretch)
     if taken_m == 0.0:
@@ -53,7 +53,7 @@ def fit_beside(stretch: Stretch, bodies: Iterable[Body], length_m: float) -> flo
     return _more(stretch, taken_m, length_m)
 
 
-def _taken_m(stretch: Stretch) -> float:
+def _taken_m(stretch: RoadStretch) -> float:
     """Return the length that ordinary vehicles take of a place, with their gaps; 0 if there is none [m]."""
     taken_m = 0.0
     for other in stretch.lane.fronts:
@@ -65,7 +65,7 @@ def _taken_m(stretch: Stretch) -> float:
     return taken_m
 
 
-def _more(stretch: Stretch, taken_m: float, length_m: float) -> float:
+def _more(stretch: RoadStretch, taken_m: float, length_m: float) -> float:
     return max(0.0, float(floor((stretch.end_m - stretch.begin_m - taken_m) / (length_m + _GAP_M))))
 
 
@@ -73,9 +73,9 @@ class Slack:
     """Finds moves of vehicles that would leave too little space for ordinary vehicles."""
 
     def __init__(self) -> None:
-        self._on: dict[Lane, Place] = {}
+        self._on: dict[RoadLane, Place] = {}
         """The first place on each lane."""
-        self._stretches: dict[Place, Stretch] = {}
+        self._stretches: dict[Place, RoadStretch] = {}
 
     def know(self, path: Iterable[Leg]) -> None:
         """Store where the places of a path lie on the road."""
@@ -166,7 +166,7 @@ class Slack:
     def _coming(self, circle: Iterable[Place]) -> int:
         """Return how many ordinary vehicles outside a circle are about to enter it."""
         inside: set[Other] = set()
-        edges: dict[Edge, None] = {}
+        edges: dict[RoadEdge, None] = {}
         for place in circle:
             stretch = self._stretches[place]
             edges[stretch.lane.edge] = None
@@ -176,7 +176,7 @@ class Slack:
         return len({other for edge in edges for other in edge.coming} - inside)
 
 
-def _first_in(stretch: Stretch) -> Other | None:
+def _first_in(stretch: RoadStretch) -> Other | None:
     """Return the ordinary vehicle that is farthest ahead in a place."""
     first: Other | None = None
     for other in stretch.lane.fronts:
@@ -185,7 +185,7 @@ def _first_in(stretch: Stretch) -> Other | None:
     return first
 
 
-def _is_before(other: Other | None, vehicle: Vehicle, end_m: float, stretch: Stretch) -> bool:
+def _is_before(other: Other | None, vehicle: Vehicle, end_m: float, stretch: RoadStretch) -> bool:
     """Return whether an ordinary vehicle is ahead of a gated vehicle whose place ends at `end_m`."""
     return other is not None and end_m - vehicle.front_m > stretch.end_m - other.position_m
 
@@ -206,7 +206,7 @@ def _stands_behind(leg: Leg) -> Other | None:
     return None
 
 
-def _standing_on(lane: Lane) -> Other | None:
+def _standing_on(lane: RoadLane) -> Other | None:
     for other in lane.fronts:
         if other.speed < STANDING_MPS:
             return other

@@ -3,7 +3,7 @@
 from loopgate.export.maps import (
     LAYERS,
     LoopLine,
-    Turn,
+    RouteTurn,
     export_loops,
     export_run,
     find_turns,
@@ -15,7 +15,7 @@ from loopgate.export.maps import (
 __all__ = [
     "LAYERS",
     "LoopLine",
-    "Turn",
+    "RouteTurn",
     "export_loops",
     "export_run",
     "find_turns",

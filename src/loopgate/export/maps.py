@@ -122,7 +122,7 @@ _ROUND_DEG = 150.0
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class RouteTurn:
     """One line of a loop's turn list: an instruction and its position on the map."""
 
     at_m: float
@@ -183,7 +183,7 @@ def distinct(line: Floats) -> Floats:
     return kept
 
 
-def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[float]) -> list[Turn]:
+def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[float]) -> list[RouteTurn]:
     """Return the turn list of a loop: its first street, each turn, and each new street name.
 
     Turns of less than 30 degrees are *straight on*, those of more than 150 degrees *turn round*.
@@ -204,12 +204,12 @@ def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[fl
     >>> [turn.text for turn in find_turns(network, way.edges, way.begins_m)][0]
     'start on edge p1b'
     """
-    turns: list[Turn] = []
+    turns: list[RouteTurn] = []
     for k, (edge, at_m) in enumerate(zip(edges, begins_m, strict=True)):
         here, before = network.edges[edge], network.edges[edges[k - 1]]
         point = here.lanes[0].shape[0]
         if k == 0:
-            turns.append(Turn(at_m, point, f"start on {_called(here.street, edge)}", edge))
+            turns.append(RouteTurn(at_m, point, f"start on {_called(here.street, edge)}", edge))
             continue
         angle = _heading(here.lanes[0].shape[:2]) - _heading(before.lanes[0].shape[-2:])
         angle = (angle + 180.0) % 360.0 - 180.0
@@ -218,7 +218,7 @@ def find_turns(network: RoadNetwork, edges: Sequence[str], begins_m: Sequence[fl
         into = "on" if here.street and here.street == before.street else "into"
         what = "straight on" if abs(angle) < _STRAIGHT_DEG else _TURNS[angle > 0.0]
         what = "turn round" if abs(angle) > _ROUND_DEG else what
-        turns.append(Turn(at_m, point, f"{what} {into} {_called(here.street, edge)}", edge))
+        turns.append(RouteTurn(at_m, point, f"{what} {into} {_called(here.street, edge)}", edge))
     return turns
 
 

@@ -19,14 +19,14 @@ _ANY: Mapping[str, int] = {}
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class LaneStep:
     """One edge of a route: the lane on which a vehicle enters, and the movement by which it leaves."""
 
     enter: int
     onward: Connection
 
 
-Layer = dict[int, list[tuple[Cost, Step]]]
+Layer = dict[int, list[tuple[Cost, LaneStep]]]
 """The choices on one edge: for each lane entered, the steps and their cost."""
 
 
@@ -124,7 +124,7 @@ def _choices(layer: Layer, lane: int, *, whole: bool) -> Layer:
     return chosen
 
 
-def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step]]] | None:
+def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[LaneStep], list[list[LaneStep]]] | None:
     """Return the best closed sequence of steps, and for each edge the steps of all that are as good.
 
     None if no sequence closes. O(edges * lanes^4).
@@ -135,7 +135,7 @@ def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step
         return None
     best = min(totals, key=lambda first: (totals[first], first))
     fewest = totals[best][0]
-    every: list[list[Step]] = [[] for _ in layers]
+    every: list[list[LaneStep]] = [[] for _ in layers]
     for first, total in totals.items():
         if total[0] == fewest:
             for number, steps in enumerate(_on_fewest(layers, rounds[first], first)):
@@ -143,7 +143,7 @@ def _fewest_changes(layers: Sequence[Layer]) -> tuple[list[Step], list[list[Step
     return follow(layers, rounds[best], best), every
 
 
-def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[list[Step]]:
+def _on_fewest(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[list[LaneStep]]:
     """Return for each edge the steps of all sequences from lane `first` with the fewest lane changes."""
     reached, found = {first}, []
     for layer, here, ahead in zip(layers, costs, costs[1:], strict=False):
@@ -218,14 +218,14 @@ def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, clos
                 if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
                     shared = sum(lanes[index].two_way for index in range(low, high + 1))
                     cost = (high - low) + TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
-                    layer.setdefault(enter, []).append((cost, Step(enter, connection)))
+                    layer.setdefault(enter, []).append((cost, LaneStep(enter, connection)))
         layers.append(layer)
     return layers
 
 
-def _arrives(lane: Lane) -> Step:
+def _arrives(lane: Lane) -> LaneStep:
     """Return the step over the last edge of an open route, on one lane."""
-    return Step(lane.index, Connection(lane.edge, lane.index, "", lane.index, (), "", "", -1, None))
+    return LaneStep(lane.index, Connection(lane.edge, lane.index, "", lane.index, (), "", "", -1, None))
 
 
 def movements_made(network: RoadNetwork, vclass: str) -> list[Connection]:
@@ -261,7 +261,7 @@ def find_costs(layers: Sequence[Layer], last: Iterable[int]) -> list[dict[int, C
     return costs[::-1]
 
 
-def follow(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[Step]:
+def follow(layers: Sequence[Layer], costs: Sequence[dict[int, Cost]], first: int) -> list[LaneStep]:
     """Return the cheapest sequence of steps from lane `first`; on ties the rightmost lane."""
     lane, way = first, []
     for layer, ahead in zip(layers, costs[1:], strict=True):
@@ -284,7 +284,7 @@ def _add(one: Cost, other: Cost) -> Cost:
 
 
 def make_spans(
-    network: RoadNetwork, way: Sequence[Step], every: Sequence[Sequence[Step]]
+    network: RoadNetwork, way: Sequence[LaneStep], every: Sequence[Sequence[LaneStep]]
 ) -> tuple[LaneSpan, ...]:
     """Return the lanes of a sequence of steps as spans."""
     spans: list[LaneSpan] = []

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Road:
+class GraphRoad:
     """An edge in the graph: its next edges, and the metres through the junction to each.
 
     `length_m` and these metres are the least of all lanes.
@@ -30,7 +30,7 @@ class RoadGraph:
     """
 
     edges: tuple[str, ...]
-    roads: tuple[Road, ...]
+    roads: tuple[GraphRoad, ...]
 
     @property
     def movements(self) -> int:
@@ -65,7 +65,7 @@ def _part(network: RoadNetwork, inside: set[str], through: dict[tuple[str, str],
     edges = tuple(edge for edge in network.edges if edge in inside)
     number = {edge: k for k, edge in enumerate(edges)}
     roads = tuple(
-        Road(
+        GraphRoad(
             network.edges[edge].length_m,
             tuple(
                 (number[following], through[edge, following])

@@ -7,8 +7,8 @@ from loopgate.errors import RouteError
 from loopgate.network.lanes import (
     TWO_WAY_LANES,
     Cost,
+    LaneStep,
     Layer,
-    Step,
     check_route,
     find_costs,
     find_layers,
@@ -112,7 +112,7 @@ class RouteChoices:
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network
         self._layers: dict[tuple[tuple[str, ...], str], list[Layer]] = {}
-        self._spans: dict[tuple[Step, ...], tuple[LaneSpan, ...]] = {}
+        self._spans: dict[tuple[LaneStep, ...], tuple[LaneSpan, ...]] = {}
         self._unasked: dict[tuple[tuple[str, ...], str, float], Loop] = {}
         """Routes by edges, class and shortest change, for vehicles without wishes on empty lanes."""
 
@@ -158,7 +158,7 @@ class RouteChoices:
             short = network.edges[edge].length_m < change_m
             lane = wishes.stop.get(edge, -1)
             for enter, steps in layer.items():
-                weighed: list[tuple[Cost, Step]] = []
+                weighed: list[tuple[Cost, LaneStep]] = []
                 for cost, step in steps:
                     own = _once(network, cost, step, load, most, short=short)
                     if lane >= 0:
@@ -181,7 +181,7 @@ class RouteChoices:
 
 
 def _once(
-    network: RoadNetwork, cost: Cost, step: Step, load: Mapping[str, int], most: int, *, short: bool
+    network: RoadNetwork, cost: Cost, step: LaneStep, load: Mapping[str, int], most: int, *, short: bool
 ) -> Cost:
     """Return the cost of passing an edge for a vehicle that drives once, the part to avoid most first."""
     onward, lanes = step.onward, network.edges[step.onward.from_edge].lanes

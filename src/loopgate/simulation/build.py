@@ -12,7 +12,7 @@ from loopgate.abstraction.itinerary import Abstraction, DrawnLeg, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
@@ -156,7 +156,7 @@ def make_driving(
         ledger, asked = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody), deciding.asked
     driving = Driving(
         traffic,
-        Layout(slots_of(assembly), drawn, signals, roads.add if roads else None),
+        PlaceLayout(slots_of(assembly), drawn, signals, roads.add if roads else None),
         ledger,
         sight=roads.sight if roads else None,
         stops=assembly.stops,
@@ -288,7 +288,7 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
     """Return a session in which no vehicle asks for grants: SUMO's right of way decides."""
     driving = Driving(
         traffic,
-        Layout(dict.fromkeys(assembly.names, NEVER_FULL), []),
+        PlaceLayout(dict.fromkeys(assembly.names, NEVER_FULL), []),
         Ledger([], step_s=scenario.step_s),
         stops=assembly.stops,
         spacing=spacing_of(scenario, assembly, traffic),

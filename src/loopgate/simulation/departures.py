@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from loopgate.abstraction.itinerary import Track
-from loopgate.control.departures import WITHOUT_LIGHTS, Crowding
-from loopgate.control.departures import Departures as Rules
+from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, DepartureRules
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
@@ -126,7 +125,7 @@ class GatedDepartures(Departures):
         self._traffic, self._driving = traffic, driving
         self._due, self._slots = departures, slots
         self._limits = limits_of(network, departures)
-        self._rules: Rules | None = None
+        self._rules: DepartureRules | None = None
         self.departed_s = driving.arrivals.departed_s
         driving.paths.lay([one.track for one in self._due])
         once = {id(one.track.legs): one.track for one in self._due if one.track.legs[-1].away}
@@ -142,7 +141,7 @@ class GatedDepartures(Departures):
         """Let vehicles depart that are due and may."""
         if self._rules is None:  # by now the vehicles of the beginning are on the road
             rules = self._traffic, self._driving, self._due, self._slots, self._limits
-            self._rules = Rules(*rules, admits=self._admits, crowding=self._crowding)
+            self._rules = DepartureRules(*rules, admits=self._admits, crowding=self._crowding)
         self._rules.look()
 
     def _may_stay(self, track: Track) -> bool:

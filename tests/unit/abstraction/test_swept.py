@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from loopgate.abstraction.movements import Part, waiting_parts
+from loopgate.abstraction.movements import FreePart, waiting_parts
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, tails_over
 from loopgate.abstraction.swept import Touches, find_touches
 from loopgate.abstraction.swept_paths import swept_paths_of
@@ -339,7 +339,7 @@ def test_long_bodies_cut_corners() -> None:
     net = network([way, beside])
     waits = [
         waiting_parts(net, touches(net, ["w", "n", "f"], ["x", "y"], kind=kind), {}).get(
-            "x_0", Part(0.0, 51.0)
+            "x_0", FreePart(0.0, 51.0)
         )
         for kind in (DEFAULT_TYPE, BUS)
     ]

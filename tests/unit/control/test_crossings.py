@@ -12,9 +12,9 @@ from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control import crossings
 from loopgate.control.crossings import in_the_way
 from loopgate.control.lamps import Lamp, Signal
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Foe, Make, Pass, Trip, Vehicle
+from loopgate.control.places import Foe, GrantedPass, Make, Pass, Vehicle
 from loopgate.control.rules import crossing
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
@@ -67,7 +67,7 @@ class Crossed:
         names = {"a": "mine", "b": "theirs"}
         signals = {names[name]: Signal(Lamp("t", traffic), 0, 13.9) for name in lit}
         places = dict.fromkeys(("pa", "qa", "pb", "qb", "r"), 3)
-        layout = Layout(places, ways, signals)
+        layout = PlaceLayout(places, ways, signals)
         self.ledger = Ledger([lambda *_: None])
         if stands_m != NEVER:
             self._put("c", layout, ways[2], stands_m, 0.0, length_m, 1.0, foreseen=True)
@@ -80,7 +80,7 @@ class Crossed:
     def _put(
         self,
         name: str,
-        layout: Layout,
+        layout: PlaceLayout,
         way: tuple[DrawnLeg, DrawnLeg],
         front_m: float,
         speed: float,
@@ -95,7 +95,7 @@ class Crossed:
         return one
 
     @property
-    def trip(self) -> Trip:
+    def trip(self) -> GrantedPass:
         """The way of `b` over its crossing."""
         return self.b.trips[0]
 

@@ -6,7 +6,7 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import DrawnLeg, Track
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
 from loopgate.model import StateId
@@ -50,7 +50,7 @@ class Comers(FakeTraffic):
 def test_of_two_that_would_close_a_circle_together_one_waits() -> None:
     """With one more vehicle in each of two places of two slots, all would wait."""
     traffic = Comers()
-    driving = Driving(traffic, Layout({"a": 2, "b": 2}, [LEGS]), Ledger(usual()))
+    driving = Driving(traffic, PlaceLayout({"a": 2, "b": 2}, [LEGS]), Ledger(usual()))
     tracks = [
         Track(f"v{k}", "ab", 100.0, 50.0 * (k % 2) + at_m, 10.0, (), ((0.0, "a"), (50.0, "b")), LEGS, k % 2)
         for k, at_m in enumerate((40.0, 40.0, 10.0, 10.0))

@@ -11,7 +11,7 @@ from shared_road import LAP_M, SharedRoad, track_of, vehicle_at
 from loopgate.abstraction.itinerary import DrawnLeg, Round, Track
 from loopgate.control import holds
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import usual
 from loopgate.errors import TrafficError
@@ -112,7 +112,7 @@ def test_a_vehicle_granted_in_the_same_step_does_not_ask_for_the_place_after() -
         name: FakeVehicle([(f"{name}p", 200.0), (f"{name}q", 200.0)], front_m)
         for name, front_m in starts_m.items()
     }
-    layout = Layout({"p": 2, "rx": 1, "qy": 1}, [way.legs for way in ways])
+    layout = PlaceLayout({"p": 2, "rx": 1, "qy": 1}, [way.legs for way in ways])
     driving = Driving(FakeTraffic(fleet), layout, Ledger(usual()))
     driving.take_in(ways)
     assert [(row[1], row[3]) for row in driving.rows if row[2] == "grant"] == [("x", "rx"), ("y", "p")]
@@ -231,7 +231,7 @@ def test_a_vehicle_that_comes_is_in_line_by_where_it_is() -> None:
         for k, front_m in enumerate((100.0, 50.0, 150.0, 75.0))
     ]
     traffic = FakeTraffic({way.vehicle: vehicle_at("v0", way.front_m) for way in ways})
-    driving = Driving(traffic, Layout({"pv0": 4, "s": 1}, [ways[0].legs]), Ledger(usual()))
+    driving = Driving(traffic, PlaceLayout({"pv0": 4, "s": 1}, [ways[0].legs]), Ledger(usual()))
     for way in ways:
         driving.take_in([way])
     order = ["w2", "w0", "w3", "w1"]
@@ -302,7 +302,7 @@ def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise(
     traffic = FakeTraffic({"v0": vehicle_at("v0", 10.0)})
     traffic.gives_way = gives_way
     slots: dict[str, int] = {leg.state: 1 for leg in way.legs}
-    driving = Driving(traffic, Layout(slots, [way.legs]), Ledger(usual()))
+    driving = Driving(traffic, PlaceLayout(slots, [way.legs]), Ledger(usual()))
     driving.take_in([way])
     assert driving.ledger.vehicles["v0"].make.foreseen is known
 

@@ -8,7 +8,7 @@ import pytest
 
 from loopgate.control.keeping import Keeping
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Foe, Junction, Movement, Pass, Place, Vehicle, path_of
+from loopgate.control.places import ConflictGroup, Foe, Movement, Pass, Place, Vehicle, path_of
 from loopgate.control.rules import usual
 
 
@@ -41,7 +41,7 @@ def test_the_last_slot_is_kept_for_one_that_has_been_passed_over(after_s: float,
 
 
 def test_a_way_is_kept_for_one_that_others_cross_again_and_again() -> None:
-    junction = Junction()
+    junction = ConflictGroup()
     along, across = Movement("along", junction), Movement("across", junction)
     ways = Pass(along, 10.0, -inf, first=True), Pass(across, 10.0, -inf, first=True)
     for one, other in (ways, ways[::-1]):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg
 from loopgate.control.rules import usual
@@ -36,7 +36,7 @@ def test_what_is_laid_later_conflicts_with_what_is_there() -> None:
     every = next(plan for plan in plans if plan.goes_on_with(first) and more_foes(plan, first))
     name = loops[0].id
     before, after = (plan.layout.itineraries for plan in (first, every))
-    layout = Layout(first.room, [way.legs for way in before.values()])
+    layout = PlaceLayout(first.room, [way.legs for way in before.values()])
     path = layout.path(before[name].legs)
     ledger = Ledger(usual())
     at = next(n for n, leg in enumerate(path) if leg.passes)
@@ -46,7 +46,7 @@ def test_what_is_laid_later_conflicts_with_what_is_there() -> None:
     assert ledger.answer() == [car]
     ways = [way.legs for way in after.values()]
     layout.extend(every.room, ways, [(path, after[name].legs)])
-    at_once = Layout(every.room, ways)
+    at_once = PlaceLayout(every.room, ways)
     assert alone != foes(path) == foes(at_once.path(after[name].legs))
     assert layout.places.keys() == at_once.places.keys()
     assert layout.places[car.leg.place.name] is car.leg.place

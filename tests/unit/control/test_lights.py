@@ -7,7 +7,7 @@ from fake_traffic import FakeTraffic
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.lamps import Lamp, Signal
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights, light, passes_lights
 from loopgate.control.places import Make
@@ -37,7 +37,7 @@ class Scene:
         )
         self.traffic = FakeTraffic({})
         signals = {f"over {name}": Signal(Lamp(name, self.traffic), 0, 10.0) for name, _ in (*ahead, *after)}
-        path = Layout({"a": 2, "b": 2}, [way], signals).path(way)
+        path = PlaceLayout({"a": 2, "b": 2}, [way], signals).path(way)
         self.lights = Lights(self.traffic)
         self.ledger = Ledger([light, lambda *_: Refusal("deadlock")])
         self.car = self.ledger.take_in("car", path, 0, Make(5.0, 2.6, 4.5, 10.0, 1.0), lap_m=400.0)

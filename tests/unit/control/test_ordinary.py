@@ -14,7 +14,7 @@ from loopgate.control.courtesy import Courtesy
 from loopgate.control.lamps import Lamp
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
-from loopgate.control.roads import Approach, Edge, Lane, Rear, Stretch
+from loopgate.control.roads import Approach, Rear, RoadEdge, RoadLane, RoadStretch
 from loopgate.traffic.base import Light, Program
 
 
@@ -91,8 +91,8 @@ def test_one_that_stands_at_its_line_is_in_the_way_until_it_seems_to_wait_for_so
 def test_ordinary_vehicles_take_room_in_the_next_place() -> None:
     """Three under the gate and nine ordinary ones leave 10 m of 100; one more on its way there takes that."""
     scene = Scene()
-    junction = Lane("junction", Edge(inf, 0.0), 20.0, 10.0, inside=True)
-    scene.path[1].stretch = Stretch(scene.lanes["next"], 0.0, 100.0, [junction], [])
+    junction = RoadLane("junction", RoadEdge(inf, 0.0), 20.0, 10.0, inside=True)
+    scene.path[1].stretch = RoadStretch(scene.lanes["next"], 0.0, 100.0, [junction], [])
     for number in range(3):
         scene.ledger.take_in(f"w{number}", scene.path, 1, CAR, 220.0)
     for number in range(9):

@@ -8,7 +8,7 @@ import pytest
 from fake_traffic import whereabouts
 
 from loopgate.control.blocking import outside
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Make
 from loopgate.control.sight import Sight
@@ -104,7 +104,7 @@ def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
     )
     laid = LaidRoads(network, traffic, Lamps(traffic).__getitem__)
     slots: dict[str, int] = {leg.state: 9 for leg in track.legs}
-    layout = Layout(slots, [track.legs], on_path=laid.add)
+    layout = PlaceLayout(slots, [track.legs], on_path=laid.add)
     ledger = Ledger([lambda *_: None])
     car = ledger.take_in("car", layout.path(track.legs), at, Make(5.0, 2.6, 4.5, 10.0, 1.0), track.lap_m)
     car.front_m = car.line_m - 1.0

@@ -6,8 +6,8 @@ import pytest
 
 from loopgate.control.blocking import outside
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Junction, Leg, Make, Movement, Pass, Place, Vehicle, joined
-from loopgate.control.roads import Across, Edge, Lane, Lookout, Other, Stretch
+from loopgate.control.places import ConflictGroup, Leg, Make, Movement, Pass, Place, Vehicle, joined
+from loopgate.control.roads import Across, Lookout, Other, RoadEdge, RoadLane, RoadStretch
 from loopgate.control.slack import Slack
 
 LEADS_TO = {"a": "b", "b": "c", "c": "a", "d": "a", "behind-c": "a", "foe": "a"}
@@ -36,12 +36,14 @@ class Ring:
             "elsewhere",
             "street",
         )
-        self.edges = {name: Edge(24.0, 10.0) for name in roads}
-        self.lanes = {name: Lane(name, edge, 24.0, 10.0, inside=False) for name, edge in self.edges.items()}
+        self.edges = {name: RoadEdge(24.0, 10.0) for name in roads}
+        self.lanes = {
+            name: RoadLane(name, edge, 24.0, 10.0, inside=False) for name, edge in self.edges.items()
+        }
         for name, to in LEADS_TO.items():
             self.lanes[name].ahead[self.edges[to]] = self.lanes[to]
         self._places = {name: Place(name, 3) for name in "abcd"}
-        self._movement = Movement("over", Junction())
+        self._movement = Movement("over", ConflictGroup())
         self._away = away
         self.slack, self.ledger = Slack(), Ledger([lambda *_: None])
         paths = {name: self._path(loop) for name, loop in LOOPS.items()}
@@ -56,7 +58,7 @@ class Ring:
         legs = [Leg(self._places[name], n, 24.0 * n, 24.0 * (n + 1)) for n, name in enumerate(loop)]
         for leg, name in zip(legs, loop, strict=True):
             behind = self.lanes[f"behind-{name}"]
-            leg.stretch = Stretch(self.lanes[name], 0.0, 24.0, [], [behind], is_away=name == self._away)
+            leg.stretch = RoadStretch(self.lanes[name], 0.0, 24.0, [], [behind], is_away=name == self._away)
             over = Pass(self._movement, 10.0, 0.0)
             over.lookout = Lookout([Across(self.lanes["foe"], 20.0, unseen=False)], [], 0.0, 20.0, 10.0)
             leg.passes = [over]

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from loopgate.network.generate import every_walk
-from loopgate.network.road_graph import Road, RoadGraph
+from loopgate.network.road_graph import GraphRoad, RoadGraph
 
 
 def random_part(seed: int) -> RoadGraph:
     """Return twelve edges, each of which leads to one to three others, itself among them at times."""
     rng = random.Random(seed)
     roads = tuple(
-        Road(
+        GraphRoad(
             rng.uniform(10.0, 50.0),
             tuple((k, rng.uniform(1.0, 9.0)) for k in sorted(rng.sample(range(12), rng.randint(1, 3)))),
         )
@@ -49,7 +49,7 @@ def test_what_comes_first_is_spread() -> None:
     """The searches take turns: three corners with hundreds of walks each are all seen early."""
     corners, size = 3, 7
     roads = tuple(
-        Road(10.0, tuple((size * corner + k, 0.0) for k in range(size) if k != here))
+        GraphRoad(10.0, tuple((size * corner + k, 0.0) for k in range(size) if k != here))
         for corner in range(corners)
         for here in range(size)
     )

@@ -15,7 +15,7 @@ from loopgate.errors import LoopgateError
 from loopgate.network import RoadNetwork
 from loopgate.simulation.fcd.film import Film
 from loopgate.simulation.fcd.folder import write_fcd_run
-from loopgate.simulation.fcd.frames import Seen
+from loopgate.simulation.fcd.frames import SeenVehicle
 
 GRID = "networks/grid5-priority.net.xml"
 BLOCK = ("C1D1", "D1D2", "D2C2", "C2C1")
@@ -118,6 +118,8 @@ def test_the_command_exits_with_3_at_a_deadlock_and_a_replay_can_be_made(tmp_pat
 def test_a_street_that_no_frame_shows_was_passed_all_the_same() -> None:
     """A vehicle that is on A0A1 and then on A2A3 came over A1A2; where no way leads, nothing is made up."""
     film = Film(RoadNetwork.open(GRID), 1.0)
-    frames = [Seen("v", "", f"{edge}_0", 5.0, 20.0, 0.0, 0.0, 0.0) for edge in ("A0A1", "A2A3", "E4E3")]
+    frames = [
+        SeenVehicle("v", "", f"{edge}_0", 5.0, 20.0, 0.0, 0.0, 0.0) for edge in ("A0A1", "A2A3", "E4E3")
+    ]
     found = [film.show(float(n), [one]) for n, one in enumerate(frames)]
     assert found == [[], [("v", "A1A2"), ("v", "A2A3")], [("v", "E4E3")]]

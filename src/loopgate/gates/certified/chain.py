@@ -2,7 +2,7 @@
 
 `follow` is the one walk along full places. Its callers are: the gate (`closes`), vehicles that join
 (`closes_by_entering`), vehicles that change to another path (`leads_round`), service (`next_mover`) and the
-detection of deadlocks (`circle_from`). All of them see places and vehicles through `Standing`.
+detection of deadlocks (`circle_from`). All of them see places and vehicles through `PlaceLines`.
 
 The rule is sound where places have two slots or more. Where no set of places is crowded
 (`loopgate.gates.certified.crowding`), each admitted move lets every vehicle go on for ever.
@@ -17,7 +17,7 @@ P = TypeVar("P", bound=Hashable)
 V = TypeVar("V")
 
 
-class Standing(Protocol[P, V]):
+class PlaceLines(Protocol[P, V]):
     """The places of vehicles, and the next place of each."""
 
     def free(self, place: P, /) -> int:
@@ -55,7 +55,7 @@ class Chain(Generic[P]):
 
 
 def follow(
-    standing: Standing[P, V],
+    standing: PlaceLines[P, V],
     begin: P | None,
     *,
     entered: P | None = None,
@@ -81,7 +81,7 @@ def follow(
     return Chain(places, place)
 
 
-def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None = None) -> list[P]:
+def closes(standing: PlaceLines[P, V], here: P, target: P | None, onward: P | None = None) -> list[P]:
     """Return the circle of full places that arises when the first vehicle in `here` moves to `target`.
 
     `onward`: the place that this vehicle wants next.
@@ -89,7 +89,7 @@ def closes(standing: Standing[P, V], here: P, target: P | None, onward: P | None
     return follow(standing, target, entered=target, onward=onward, left=here).circle()
 
 
-def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward: P | None) -> bool:
+def closes_by_entering(standing: PlaceLines[P, V], place: P, *, free: int, onward: P | None) -> bool:
     """Return whether a circle of full places arises when a vehicle joins the line in `place`.
 
     `free`: the free slots before. `onward`: the place that the vehicle wants next; None for a place that is
@@ -101,18 +101,18 @@ def closes_by_entering(standing: Standing[P, V], place: P, *, free: int, onward:
     return leads_round(standing, onward if first is None else standing.wanted(first), place)
 
 
-def leads_round(standing: Standing[P, V], begin: P | None, place: P) -> bool:
+def leads_round(standing: PlaceLines[P, V], begin: P | None, place: P) -> bool:
     """Return whether the chain of full places from `begin` leads to `place`, or to a circle."""
     chain = follow(standing, begin)
     return place in chain.places or chain.end == place or bool(chain.circle())
 
 
-def circle_from(standing: Standing[P, V], place: P) -> list[P]:
+def circle_from(standing: PlaceLines[P, V], place: P) -> list[P]:
     """Return the circle of full places that the vehicles of `place` wait for; empty if there is none."""
     return follow(standing, place).circle()
 
 
-def next_mover(standing: Standing[P, V], place: P) -> V | None:
+def next_mover(standing: PlaceLines[P, V], place: P) -> V | None:
     """Return the vehicle to move next so that the first vehicle in `place` moves in the end.
 
     Call it again after each move, until that vehicle has moved. None if full places already wait for one

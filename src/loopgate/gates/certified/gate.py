@@ -20,7 +20,7 @@ from loopgate.gates.certified.system_index import SystemIndex
 from loopgate.model import Configuration, System
 
 
-class Patience:
+class MovePatience:
     """Finds the robot that has waited too long, counted in moves of other robots.
 
     Parameters
@@ -257,9 +257,9 @@ class CertifiedGate:
         return self._proof.layout
 
     @cached_property
-    def _patience(self) -> Patience:
+    def _patience(self) -> MovePatience:
         steers = 0 if isinstance(self._proof, ChainRule) else self._steers_after
-        return Patience(len(self._system.robots), steers)
+        return MovePatience(len(self._system.robots), steers)
 
     @cached_property
     def _stand(self) -> Occupancy:

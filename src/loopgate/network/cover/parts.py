@@ -10,7 +10,7 @@ from statistics import median
 from loopgate.network.cover.design import CoverTask, coverable, wanted_edges
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["MOST_STREETS", "Part", "parts"]
+__all__ = ["MOST_STREETS", "CoverPart", "parts"]
 
 MOST_STREETS = 3_200
 """More streets than that are covered in parts: time and memory of a search grow with their square."""
@@ -22,7 +22,7 @@ Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class CoverPart:
     """A rectangle of a large network: the streets to cover in it, and the streets its loops may use."""
 
     edges: tuple[str, ...]
@@ -30,7 +30,7 @@ class Part:
     """Edges that the loops may use; all edges if None."""
 
 
-def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_STREETS) -> list[Part]:
+def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_STREETS) -> list[CoverPart]:
     """Divide the streets to cover into rectangles with at most `most` streets each; O(n log n).
 
     A rectangle with too many streets is cut at the median of its longer side, repeatedly. The two directions
@@ -56,7 +56,7 @@ def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_ST
     wanted = tuple(wanted_edges(network, task))
     few = count if math.isinf(task.longest) else len(wanted)
     if len(wanted) <= most or few == 1:
-        return [Part(wanted, None)]
+        return [CoverPart(wanted, None)]
     at = {edge: _middle(network, edge) for edge in network.edges}
     pieces: list[Sequence[str]] = [wanted]
     while len(pieces[0]) > most and len(pieces) < few:
@@ -65,7 +65,7 @@ def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_ST
             break
         pieces = sorted((*pieces[1:], *halves), key=len, reverse=True)
     whole = set(coverable(network, task))
-    return [Part(tuple(piece), _around(network, task, piece, at, whole)) for piece in pieces]
+    return [CoverPart(tuple(piece), _around(network, task, piece, at, whole)) for piece in pieces]
 
 
 def _middle(network: RoadNetwork, edge: str) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from loopgate.research.state_space.kernels import expand, find, keep_moving, new
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Moves:
+class MoveTable:
     """Moves between numbered configurations."""
 
     first: Ints
@@ -43,10 +43,10 @@ class Moves:
         """Where each move begins."""
         return np.repeat(np.arange(len(self.rests), dtype=np.int32), np.diff(self.first))
 
-    def only(self, which: Flags) -> Moves:
+    def only(self, which: Flags) -> MoveTable:
         """Return some of the moves."""
         first = np.concatenate([[0], np.cumsum(which)])[self.first]
-        return Moves(first, self.targets[which], self.movers[which], self.rests, self.robots)
+        return MoveTable(first, self.targets[which], self.movers[which], self.rests, self.robots)
 
     def leading_to(self, good: Flags) -> Flags:
         """Return from where something good can be reached. O(moves) per sweep; few sweeps do."""
@@ -210,7 +210,7 @@ class StateSpace:
         self.keys: Words = keys[:count]
         self.locked: Flags = locked[:count]
         self._home = home[:count]
-        self.moves = Moves(first[: count + 1], targets[:edges], movers[:edges], rests[:count], robots)
+        self.moves = MoveTable(first[: count + 1], targets[:edges], movers[:edges], rests[:count], robots)
 
     def _check(self, count: int, most: int, edges: int) -> None:
         if self._limit is not None and count > self._limit:

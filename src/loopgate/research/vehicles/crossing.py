@@ -21,7 +21,7 @@ from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Mo
 from loopgate.vehicles.post import Post
 from loopgate.vehicles.vehicle import Vehicle
 
-__all__ = ["Crossing", "Found", "begin", "explore", "unsafe"]
+__all__ = ["CrossingModel", "FoundAtCrossing", "begin", "explore", "unsafe"]
 
 WAITS, SETS_OUT, SEEN, DONE = "waits", "sets out", "seen", "done"
 _NOW, _PAST = 0.0, keepers.VOID_S
@@ -31,7 +31,7 @@ Receive = Callable[[Keeper, Post, ToPost, float], keepers.Answer]
 
 
 @dataclass(frozen=True, slots=True)
-class Crossing:
+class CrossingModel:
     """A state of the model: keeper, posts, vehicles, and messages under way.
 
     Attributes
@@ -62,7 +62,7 @@ class Crossing:
 
 
 @dataclass(slots=True)
-class Found:
+class FoundAtCrossing:
     """The result of an exploration: numbers of states, of unsafe states, and of dead ends."""
 
     states: int = 0
@@ -72,11 +72,11 @@ class Found:
     most_leases: int = 0
 
 
-def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing:
+def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> CrossingModel:
     """Return a start state of the model: vehicles whose ways conflict by the given pairs, and their laps."""
     ways = [(2 * n, 2 * n + 1) for n in range(len(laps))]
     pairs = frozenset(p for a, b in conflicts for p in ((ways[a], ways[b]), (ways[b], ways[a])))
-    return Crossing(
+    return CrossingModel(
         Keeper(pairs, 0.0),
         tuple(Post(2 * n + 1, 4) for n in range(len(laps))),
         tuple(Vehicle(n, ways[n]) for n in range(len(laps))),
@@ -86,7 +86,7 @@ def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing
     )
 
 
-def unsafe(now: Crossing) -> bool:
+def unsafe(now: CrossingModel) -> bool:
     """Return whether two vehicles are on conflicting ways at the same time in a state of the model."""
     on = [n for n, where in enumerate(now.where) if where in (SETS_OUT, SEEN)]
     return any((_way(a), _way(b)) in now.keeper.conflicts for a in on for b in on)
@@ -96,7 +96,7 @@ def _way(number: int) -> tuple[int, int]:
     return 2 * number, 2 * number + 1
 
 
-def _sees_free(now: Crossing, number: int) -> bool:
+def _sees_free(now: CrossingModel, number: int) -> bool:
     """Return whether a vehicle sees nobody in its way: one that has only just set out is not seen."""
     return not any(
         where == SEEN and (_way(other), _way(number)) in now.keeper.conflicts
@@ -105,7 +105,7 @@ def _sees_free(now: Crossing, number: int) -> bool:
 
 
 def explore(
-    start: Crossing,
+    start: CrossingModel,
     *,
     limit: int,
     most: int = 3,
@@ -113,7 +113,7 @@ def explore(
     late: bool = False,
     receive: Receive = keepers.receive,
     in_time: Callable[[Grant, float], bool] = cars.in_time,
-) -> Found:
+) -> FoundAtCrossing:
     """Visit all states of the model that can be reached from `start`.
 
     Parameters
@@ -129,13 +129,13 @@ def explore(
     receive, in_time
         Functions to test: the keeper's reaction to a message, and the vehicle's test whether a lease lasts.
     """
-    found = Found()
+    found = FoundAtCrossing()
 
-    def steps(here: Crossing) -> Iterator[Next[Crossing]]:
+    def steps(here: CrossingModel) -> Iterator[Next[CrossingModel]]:
         for what, then, sure, goes in _steps(here, receive, in_time, late=late):
             yield what, _plain(then, late=late), sure, goes
 
-    def judge(here: Crossing) -> None:
+    def judge(here: CrossingModel) -> None:
         found.unsafe += unsafe(here)
         found.most_leases = max(found.most_leases, len(here.keeper.leases))
 
@@ -151,7 +151,7 @@ def explore(
     return found
 
 
-def _plain(now: Crossing, *, late: bool) -> Crossing:
+def _plain(now: CrossingModel, *, late: bool) -> CrossingModel:
     """Return the same without what changes nothing: how full places are, and in which order asks are kept.
 
     Unless vehicles have waited for long, nothing is kept for those who wait.
@@ -167,13 +167,13 @@ def _plain(now: Crossing, *, late: bool) -> Crossing:
     return replace(now, keeper=replace(now.keeper, claims=claims, leases=leases), flight=flight)
 
 
-def _all_done(now: Crossing) -> bool:
+def _all_done(now: CrossingModel) -> bool:
     return all(where == DONE for where in now.where)
 
 
 def _steps(
-    now: Crossing, receive: Receive, in_time: Callable[[Grant, float], bool], *, late: bool
-) -> Iterator[Next[Crossing]]:
+    now: CrossingModel, receive: Receive, in_time: Callable[[Grant, float], bool], *, late: bool
+) -> Iterator[Next[CrossingModel]]:
     for message in now.flight:
         rest = replace(now, flight=now.flight - {message})
         name = type(message).__name__, getattr(message, "place", -1), getattr(message, "vehicle", -1)
@@ -188,8 +188,8 @@ def _steps(
 
 
 def _come(
-    now: Crossing, message: Message, receive: Receive, in_time: Callable[[Grant, float], bool]
-) -> tuple[Crossing, bool]:
+    now: CrossingModel, message: Message, receive: Receive, in_time: Callable[[Grant, float], bool]
+) -> tuple[CrossingModel, bool]:
     """Return what becomes of a message that comes, and whether somebody goes by it."""
     if isinstance(message, Grant):
         return _granted(now, message, in_time)
@@ -200,7 +200,7 @@ def _come(
     return now, False
 
 
-def _of_vehicle(now: Crossing, car: Vehicle, *, late: bool) -> Iterator[Next[Crossing]]:
+def _of_vehicle(now: CrossingModel, car: Vehicle, *, late: bool) -> Iterator[Next[CrossingModel]]:
     """Yield what a vehicle can do, and that time goes by for it."""
     number, where = car.id, now.where[car.id]
     if where == WAITS:
@@ -224,7 +224,9 @@ def _without(keeper: Keeper, lease: Lease) -> Keeper:
     return keepers.lapse(keeper, lambda one: one == lease)
 
 
-def _granted(now: Crossing, grant: Grant, in_time: Callable[[Grant, float], bool]) -> tuple[Crossing, bool]:
+def _granted(
+    now: CrossingModel, grant: Grant, in_time: Callable[[Grant, float], bool]
+) -> tuple[CrossingModel, bool]:
     """Let a vehicle use a grant, give it back, or say what became of it."""
     number = grant.vehicle
     car = now.vehicles[number]
@@ -242,7 +244,7 @@ def _granted(now: Crossing, grant: Grant, in_time: Callable[[Grant, float], bool
     return _said(_car(replace(now, gave_back=times), after), out), False
 
 
-def _at_keeper(now: Crossing, message: ToPost, receive: Receive) -> Crossing:
+def _at_keeper(now: CrossingModel, message: ToPost, receive: Receive) -> CrossingModel:
     if message.place % 2 == 0:
         return now  # the place before the crossing has another keeper
     at = message.place // 2
@@ -251,7 +253,7 @@ def _at_keeper(now: Crossing, message: ToPost, receive: Receive) -> Crossing:
     return _said(replace(now, keeper=keeper, posts=posts), out)
 
 
-def _aged(now: Crossing, number: int) -> Crossing:
+def _aged(now: CrossingModel, number: int) -> CrossingModel:
     """Let time go by until all that a vehicle has asked for, and all that it is granted, is past.
 
     If it asks no longer, the keeper has forgotten that it did.
@@ -278,7 +280,7 @@ def _aged(now: Crossing, number: int) -> Crossing:
     )
 
 
-def _off(now: Crossing, number: int) -> Crossing:
+def _off(now: CrossingModel, number: int) -> CrossingModel:
     """Let a vehicle leave the crossing, and come back to it if it is to go again."""
     laps = (*now.laps[:number], now.laps[number] - 1, *now.laps[number + 1 :])
     car, at = now.vehicles[number], number
@@ -293,15 +295,15 @@ def _off(now: Crossing, number: int) -> Crossing:
     return _car(replace(after, keeper=keeper, posts=posts), back)
 
 
-def _put(now: Crossing, number: int, where: str) -> Crossing:
+def _put(now: CrossingModel, number: int, where: str) -> CrossingModel:
     return replace(now, where=(*now.where[:number], where, *now.where[number + 1 :]))
 
 
-def _car(now: Crossing, car: Vehicle) -> Crossing:
+def _car(now: CrossingModel, car: Vehicle) -> CrossingModel:
     return replace(now, vehicles=(*now.vehicles[: car.id], car, *now.vehicles[car.id + 1 :]))
 
 
-def _said(now: Crossing, out: Sequence[Message]) -> Crossing:
+def _said(now: CrossingModel, out: Sequence[Message]) -> CrossingModel:
     """Send messages, but for those that change nothing where they come."""
     sent = frozenset(
         m

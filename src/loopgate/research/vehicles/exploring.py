@@ -16,7 +16,7 @@ from loopgate.vehicles import post as posts
 
 
 @dataclass(slots=True)
-class Found:
+class Explored:
     """The findings of an exploration.
 
     Attributes
@@ -54,7 +54,7 @@ def explore(
     most: int = 4,
     seen: bool = True,
     receive: Receive = posts.receive,
-) -> Found:
+) -> Explored:
     """Look at all that can come about from `start`: messages lost, late, in any order.
 
     Parameters
@@ -73,7 +73,7 @@ def explore(
     told apart by name alone, which may find too much and never too little.) Groups from which a step was left
     out are not judged.
     """
-    found = Found()
+    found = Explored()
     searched = search(
         start,
         limit=limit,
@@ -164,7 +164,7 @@ def search(
     return searched
 
 
-def _judge(here: World, found: Found) -> None:
+def _judge(here: World, found: Explored) -> None:
     wrong = bool(circle(here)), bool(overfull(here)), bool(misled(here))
     found.circles += wrong[0]
     found.overfull += wrong[1]

@@ -34,7 +34,7 @@ _ASKS, _LATE, _AGAIN, _BACK = 0.3, 0.02, 0.1, 0.05
 often, of all grants, one is given back."""
 
 
-class Walk:
+class RandomWalk:
     """Vehicles and posts under way: messages come in any order, and some do not come.
 
     Parameters

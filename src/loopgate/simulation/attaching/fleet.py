@@ -9,7 +9,7 @@ from typing import Any
 from loopgate.abstraction.itinerary import Itinerary, Track
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
-from loopgate.control.layout import Layout
+from loopgate.control.layout import PlaceLayout
 from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
@@ -68,7 +68,7 @@ class Fleet:
         ledger = deciding.ledger(outside, step_s=traffic.step_s)
         self._driving = Driving(
             traffic,
-            Layout({}, [], self._signals, roads.add),
+            PlaceLayout({}, [], self._signals, roads.add),
             ledger,
             sight=roads.sight,
             has_room=roads.has_room,
@@ -115,7 +115,9 @@ class Fleet:
         if self._ledger.vehicles:
             self._driving.paths.lay_more(room, legs, self._driving.diaries)
         else:
-            self._driving.paths.lay_anew(Layout(room, list(legs.values()), self._signals, self._roads.add))
+            self._driving.paths.lay_anew(
+                PlaceLayout(room, list(legs.values()), self._signals, self._roads.add)
+            )
             self._deciding.know(self._driving.paths.places)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:

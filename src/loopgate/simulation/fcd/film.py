@@ -16,7 +16,7 @@ from loopgate.arrays import Floats
 from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.network.xml_file import open_xml
-from loopgate.simulation.fcd.frames import Seen
+from loopgate.simulation.fcd.frames import SeenVehicle
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's default car [m]: FCD output has neither."""
@@ -79,7 +79,7 @@ class Film:
         self.courses: dict[str, Course] = {}
         self.stood_on = defaultdict[str, float](float)
         """How long vehicles stood on each edge [s]."""
-        self._seen: dict[str, Seen] = {}
+        self._seen: dict[str, SeenVehicle] = {}
         self._cycles_s: dict[str, float] | None = None
         self._ways: dict[tuple[str, str], list[str]] = {}
         self._gaps_m: dict[tuple[str, str], float] = {}
@@ -88,7 +88,7 @@ class Film:
             for lane in connection.via:
                 self._over[lane].append(connection)
 
-    def show(self, time_s: float, vehicles: Iterable[Seen]) -> list[tuple[str, str]]:
+    def show(self, time_s: float, vehicles: Iterable[SeenVehicle]) -> list[tuple[str, str]]:
         """Show the next frame; return each vehicle that has entered an edge, with the edge.
 
         In the first frame no vehicle enters: all are there already.
@@ -123,7 +123,7 @@ class Film:
                 course.since_s = self.now_s
         return entered
 
-    def _came_m(self, before: Seen | None, one: Seen) -> float:
+    def _came_m(self, before: SeenVehicle | None, one: SeenVehicle) -> float:
         """Return how far a vehicle came since the last frame [m]."""
         if before is None:  # it departed in between, by SUMO's default with its rear where its lane begins
             return min(max(0.0, one.pos_m - _LENGTH_M), self._could_m(one))
@@ -138,18 +138,18 @@ class Film:
             return came_m
         return (one.speed_mps + before.speed_mps) / 2.0 * self.step_s  # SUMO moved it, or it changed lanes
 
-    def _went_m(self, last: Seen) -> float:
+    def _went_m(self, last: SeenVehicle) -> float:
         """Return how far a vehicle came after its last frame: by default to the end of its lane [m]."""
         lane = self._network.lanes.get(last.lane)
         rest_m = 0.0 if lane is None or lane.internal else lane.length_m - last.pos_m
         return max(0.0, min(rest_m, self._could_m(last)))
 
-    def _could_m(self, one: Seen) -> float:
+    def _could_m(self, one: SeenVehicle) -> float:
         """Return how far a vehicle can come between two frames [m]."""
         lane = self._network.lanes.get(one.lane)
         return self.step_s * max(one.speed_mps, 0.0 if lane is None else lane.speed_mps)
 
-    def _along(self, one: Seen) -> tuple[str, float]:
+    def _along(self, one: SeenVehicle) -> tuple[str, float]:
         """Return an edge, and how far the vehicle is from its begin [m]; beyond its end inside a junction."""
         edge, pos_m, lanes = one.lane.rpartition("_")[0], one.pos_m, self._network.lanes
         if edge.startswith(":") and (over := self._over.get(one.lane)):

@@ -33,7 +33,7 @@ from loopgate.results.columns import (
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import run_folder
 from loopgate.simulation.fcd.film import Film
-from loopgate.simulation.fcd.frames import Frame, Seen, read_frames
+from loopgate.simulation.fcd.frames import Frame, SeenVehicle, read_frames
 from loopgate.simulation.loop_run import RunCourse, note_deadlock
 from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
 from loopgate.simulation.run_folder import Folder, Tally
@@ -186,7 +186,7 @@ def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: fl
         raise ResultsError(msg)
 
 
-def _globe(one: Seen, file: Path, roads: RoadNetwork) -> Projection | None:
+def _globe(one: SeenVehicle, file: Path, roads: RoadNetwork) -> Projection | None:
     """Return the network's projection if positions are longitude and latitude; None if they are metres."""
     if abs(one.x_m) > _HALF_TURN_DEG or abs(one.y_m) > _HALF_TURN_DEG / 2.0:
         return None
@@ -198,12 +198,12 @@ def _globe(one: Seen, file: Path, roads: RoadNetwork) -> Projection | None:
     return globe if _off_lane_m(there, file, roads) < _off_lane_m(one, file, roads) else None
 
 
-def _in_metres(vehicles: Sequence[Seen], globe: Projection) -> list[Seen]:
+def _in_metres(vehicles: Sequence[SeenVehicle], globe: Projection) -> list[SeenVehicle]:
     points = globe.plane([(one.x_m, one.y_m) for one in vehicles]).tolist()
     return [one._replace(x_m=x, y_m=y) for one, (x, y) in zip(vehicles, points, strict=True)]
 
 
-def _off_lane_m(one: Seen, file: Path, roads: RoadNetwork) -> float:
+def _off_lane_m(one: SeenVehicle, file: Path, roads: RoadNetwork) -> float:
     """Return how far a vehicle is from its lane [m]; refuse a lane that the network does not have."""
     lane = roads.lanes.get(one.lane)
     if lane is None:
@@ -212,7 +212,7 @@ def _off_lane_m(one: Seen, file: Path, roads: RoadNetwork) -> float:
     return LineString(lane.shape).distance(Point(one.x_m, one.y_m))
 
 
-def _check_place(one: Seen, file: Path, roads: RoadNetwork) -> None:
+def _check_place(one: SeenVehicle, file: Path, roads: RoadNetwork) -> None:
     """Refuse output of another network, and coordinates that are none of the network's."""
     if not _off_lane_m(one, file, roads) <= _OUTSIDE_M:
         msg = (

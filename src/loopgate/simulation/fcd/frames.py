@@ -16,7 +16,7 @@ _LARGEST = 1e10
 _TABLES = (".csv", ".csv.gz", ".parquet")
 
 
-class Seen(NamedTuple):
+class SeenVehicle(NamedTuple):
     """A vehicle in a frame: name, type, lane, position of the front on the lane [m], speed [m/s].
 
     Then x and y of the front [m], and the direction clockwise from north [degrees].
@@ -32,7 +32,7 @@ class Seen(NamedTuple):
     angle_deg: float
 
 
-Frame = tuple[float, list[Seen]]
+Frame = tuple[float, list[SeenVehicle]]
 """The time of a frame [s], and its vehicles."""
 
 
@@ -55,7 +55,7 @@ def read_frames(file: Path) -> Iterator[Frame]:
         elements = ET.iterparse(stream, events=("start", "end"))  # noqa: S314  expat bounds entities
         _, root = next(elements)
         last_s = -_LARGEST
-        vehicles: list[Seen] = []
+        vehicles: list[SeenVehicle] = []
         for event, element in elements:
             if event == "start":
                 continue
@@ -72,13 +72,13 @@ def read_frames(file: Path) -> Iterator[Frame]:
                 root.clear()
 
 
-def _seen(attributes: dict[str, str], file: Path) -> Seen:
+def _seen(attributes: dict[str, str], file: Path) -> SeenVehicle:
     for name in ("id", "lane"):
         if name not in attributes:
             msg = _MISSING.format(file=file, name=name)
             raise ResultsError(msg)
     numbers = (_number(attributes, name, file) for name in ("pos", "speed", "x", "y", "angle"))
-    return Seen(attributes["id"], attributes.get("type", ""), attributes["lane"], *numbers)
+    return SeenVehicle(attributes["id"], attributes.get("type", ""), attributes["lane"], *numbers)
 
 
 def _number(

@@ -14,7 +14,7 @@ from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.network import RoadNetwork
 from loopgate.network.road import Connection
 
-__all__ = ["Approach", "CrossingAhead", "CrossingWays", "Movement", "Place"]
+__all__ = ["ComingWay", "CrossingAhead", "CrossingWays", "WaitingPart", "WayOver"]
 
 _ABREAST_M = 2.3
 """Vehicles touch where the middles of their paths are nearer than this, also in a bend [m]."""
@@ -22,7 +22,7 @@ _ABREAST_M = 2.3
 _CAR_M = 5.0
 
 
-class Driven(Protocol):
+class DrivenWay(Protocol):
     """The path of a vehicle as a sequence of legs, as this module needs it."""
 
     @property
@@ -31,7 +31,7 @@ class Driven(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Approach:
+class ComingWay:
     """A way over the junction whose vehicles do not yield to a vehicle that sets out."""
 
     from_edge: str
@@ -40,7 +40,7 @@ class Approach:
 
 
 @dataclass(frozen=True, slots=True)
-class Movement:
+class WayOver:
     """A movement over a junction, with the lanes and approaches that must be free before it is used.
 
     Attributes
@@ -69,7 +69,7 @@ class Movement:
     from_m: float
     across: tuple[str, ...]
     unseen: tuple[str, ...]
-    approaches: tuple[Approach, ...]
+    approaches: tuple[ComingWay, ...]
     length_m: float
     speed_mps: float
     wait_m: float
@@ -84,7 +84,7 @@ class Movement:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class WaitingPart:
     """The position of a state on the road.
 
     Attributes
@@ -121,9 +121,9 @@ class CrossingAhead:
 
     lane: str
     line_m: float
-    movements: tuple[Movement, ...]
+    movements: tuple[WayOver, ...]
     between: tuple[str, ...]
-    next: Place
+    next: WaitingPart
     across: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -155,7 +155,7 @@ class CrossingWays:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
 
-    def of(self, track: Driven) -> tuple[CrossingAhead, ...]:
+    def of(self, track: DrivenWay) -> tuple[CrossingAhead, ...]:
         """Return the crossing at the end of each leg of a path."""
         return tuple(self.way(track, position) for position in range(len(track.legs)))
 
@@ -163,14 +163,14 @@ class CrossingWays:
         """Return whether the network has a movement."""
         return movement in self._movements
 
-    def place(self, track: Driven, position: int) -> Place:
+    def place(self, track: DrivenWay, position: int) -> WaitingPart:
         """Return the lanes of a state on the road, by its index on a path."""
         end = track.legs[position].line
         length_m = track.legs[position].end_m - track.legs[position].begin_m
         lane = f"{end.edge}_{end.lane}"
-        return Place(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
+        return WaitingPart(lane, end.position_m - length_m, end.position_m, tuple(self._into.get(lane, ())))
 
-    def way(self, track: Driven, position: int) -> CrossingAhead:
+    def way(self, track: DrivenWay, position: int) -> CrossingAhead:
         """Return the crossing at the end of the leg at an index of a path."""
         line = track.legs[position].line
         crossings = track.legs[position].crossings
@@ -183,7 +183,7 @@ class CrossingWays:
             next=self.place(track, (position + 1) % len(track.legs)),
         )
 
-    def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[Movement]:
+    def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[WayOver]:
         """Yield the movements of a crossing whose stop line is at `line_m` on the lane before the first."""
         own = {lane for movement in crossing for lane in movement.via}
         junctions = {movement.junction for movement in crossing}
@@ -193,7 +193,7 @@ class CrossingWays:
             lanes = [self._network.lanes[lane] for lane in movement.via]
             length_m = sum(lane.length_m for lane in lanes)
             foes, unseen, comers = self._foes(movement, junctions)
-            yield Movement(
+            yield WayOver(
                 from_m=from_m,
                 across=tuple(lane for lane in foes if lane not in own),
                 unseen=tuple(lane for lane in unseen if lane not in own),
@@ -211,14 +211,14 @@ class CrossingWays:
 
     def _foes(
         self, movement: Connection, junctions: Container[str]
-    ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[Approach, ...]]:
+    ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[ComingWay, ...]]:
         """Return the lanes that must be empty for a movement, the lanes SUMO overlooks, and the approaches.
 
         The movement belongs to a crossing over `junctions`.
         """
         lanes: dict[str, None] = {}
         unseen: dict[str, None] = {}
-        comers: dict[Approach, None] = {}
+        comers: dict[ComingWay, None] = {}
         for other in self._at[movement.junction]:
             touches = self._touches(movement, other)
             conflict = touches or self._network.are_foes(movement, other)
@@ -226,7 +226,7 @@ class CrossingWays:
                 lanes.update(dict.fromkeys(other.via))
             within = other.from_edge != movement.from_edge and self._stands_across(other, junctions)
             if touches or self._yields(movement, other) or (conflict and within):
-                comers[Approach(other.from_edge, other.to_edge, other.signal)] = None
+                comers[ComingWay(other.from_edge, other.to_edge, other.signal)] = None
             if touches:
                 unseen.update(dict.fromkeys(other.via))
         return tuple(lanes), tuple(unseen), tuple(comers)

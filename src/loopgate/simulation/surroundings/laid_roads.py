@@ -10,12 +10,12 @@ from typing import Any, NamedTuple
 from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.control.lamps import Lamp
 from loopgate.control.places import Leg, Vehicle
-from loopgate.control.roads import Across, Approach, Edge, Lane, Lookout, Stretch, Turn
+from loopgate.control.roads import Across, Approach, Lookout, RoadEdge, RoadLane, RoadStretch, RoadTurn
 from loopgate.control.sight import Map, Sight
 from loopgate.control.slack import Slack
 from loopgate.network import RoadNetwork
 from loopgate.network.loop import LanePosition
-from loopgate.simulation.surroundings.crossing_ways import CrossingWays, Movement
+from loopgate.simulation.surroundings.crossing_ways import CrossingWays, WayOver
 from loopgate.traffic.base import Traffic
 
 __all__ = ["PROMISE", "LaidRoads"]
@@ -35,7 +35,7 @@ class _Path(NamedTuple):
 class _Behind(NamedTuple):
     """The lanes between the junctions of a leg's crossing, and its lookouts by number of the pass."""
 
-    between: list[Lane]
+    between: list[RoadLane]
     lookouts: dict[int, Lookout]
 
 
@@ -64,7 +64,7 @@ class LaidRoads:
             place = self._find.place(drawn, position)
             behind = self._behind(drawn, position)
             if place.lane in self.map.lanes:
-                leg.stretch = Stretch(
+                leg.stretch = RoadStretch(
                     self.map.lanes[place.lane],
                     float(place.begin_m),
                     float(place.end_m),
@@ -98,7 +98,7 @@ class LaidRoads:
             self._known[key] = _Behind([self.map.lanes[lane] for lane in found.between], lookouts)
         return self._known[key]
 
-    def _lookout(self, movement: Movement, *, first: bool) -> Lookout:
+    def _lookout(self, movement: WayOver, *, first: bool) -> Lookout:
         lanes, turns = self.map.lanes, self.map.turns
         across = [
             Across(lanes[lane], float(movement.past_m.get(lane, math.inf)), unseen=lane in movement.unseen)
@@ -123,18 +123,18 @@ class LaidRoads:
 def map_of(network: RoadNetwork) -> Map:
     """Return the roads of a network as objects."""
     edges = {
-        name: Edge(max(one.length_m for one in edge.lanes), max(one.speed_mps for one in edge.lanes))
+        name: RoadEdge(max(one.length_m for one in edge.lanes), max(one.speed_mps for one in edge.lanes))
         for name, edge in network.edges.items()
     }
-    turns: dict[tuple[str, str], Turn] = {}
+    turns: dict[tuple[str, str], RoadTurn] = {}
     for c in network.connections:
         through_m = sum(network.lanes[lane].length_m for lane in c.via)
-        turns[c.from_edge, c.to_edge] = Turn(float(through_m))
+        turns[c.from_edge, c.to_edge] = RoadTurn(float(through_m))
     found = Map({}, edges, turns)
     lanes = found.lanes
     for name, drawn in network.lanes.items():
         edge = edges.get(drawn.edge, found.nowhere)
-        lanes[name] = Lane(name, edge, drawn.length_m, drawn.speed_mps, inside=drawn.internal)
+        lanes[name] = RoadLane(name, edge, drawn.length_m, drawn.speed_mps, inside=drawn.internal)
     for c in network.connections:
         way = [lanes[f"{c.from_edge}_{c.from_lane}"], *(lanes[lane] for lane in c.via)]
         end = lanes[f"{c.to_edge}_{c.to_lane}"]

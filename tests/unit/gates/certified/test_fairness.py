@@ -8,7 +8,7 @@ from builders import system
 from loopgate.errors import GateError, SystemModelError
 from loopgate.gates.certified import CertifiedGate
 from loopgate.gates.certified.checker import Checker
-from loopgate.gates.certified.gate import Patience
+from loopgate.gates.certified.gate import MovePatience
 from loopgate.gates.certified.homes import Homes
 from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.research.theory.random_systems import Shape, random_system
@@ -90,7 +90,7 @@ def test_a_favoured_robot_that_drives_from_home_to_home_leaves_a_witness_behind(
 
 def test_patience_favours_the_oldest_until_it_moves() -> None:
     """Counted in moves: of two robots with patience 2, the second is favoured after five of the first."""
-    patience = Patience(2, 2)
+    patience = MovePatience(2, 2)
     changes = [patience.moved(0, for_good=False) for _ in range(5)]
     assert changes == [False, False, False, False, True]
     assert patience.favoured == 1
@@ -100,7 +100,7 @@ def test_patience_favours_the_oldest_until_it_moves() -> None:
 
 def test_patience_gives_up_on_a_robot_that_does_not_come() -> None:
     """A robot that is broken down is favoured for as long as it had waited, and then its turn is over."""
-    patience = Patience(3, 1)
+    patience = MovePatience(3, 1)
     seen = []
     for move in range(30):
         patience.moved(move % 2, for_good=False)
