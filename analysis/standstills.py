@@ -27,7 +27,7 @@ from made_networks import netgenerate, roundabouts
 import loopgate
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.fcd.film import Film
-from loopgate.simulation.fcd.frames import Seen
+from loopgate.simulation.fcd.frames import SeenVehicle
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
@@ -169,7 +169,7 @@ def _watched(network: RoadNetwork) -> dict[str, Any]:
             film.show(
                 now - FRAME_S,
                 [
-                    Seen(name, "", lane, pos_m, speed_mps, 0.0, 0.0, 0.0)
+                    SeenVehicle(name, "", lane, pos_m, speed_mps, 0.0, 0.0, 0.0)
                     for name, lane, pos_m, speed_mps in zip(
                         here.vehicles,
                         here.lanes,
