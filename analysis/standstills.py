@@ -38,9 +38,9 @@ from loopgate.traffic.sumo import SumoTraffic
 KINDS = ("priority", "right_before_left", "allway_stop", "traffic_light", "roundabouts")
 HOUR_S, EVERY_S, FRAME_S, AFTER_S = 3600, 10, 5, 40.0
 NEVER_S, SOON_S = 10**9, 60
-MOVES_M = 2.5
-"""Drivers creep up to their leaders at a millimetre a second; so much in all is no move [m]."""
-FIRST_SEED = 5000
+MOVES_MPS = 0.05
+"""Drivers creep up to their leaders for hours, some millimetres a second; that is no move [m/s]."""
+FIRST_SEED = 9000
 """Seeds before were looked at while the detector was made."""
 
 
@@ -193,8 +193,8 @@ def _watched(network: RoadNetwork) -> dict[str, Any]:
 def _last_move_s(rows: Sequence[tuple[int, float]]) -> int:
     """Return when a vehicle moved last, but for creeping [s]."""
     times, metres = np.array(rows, dtype=float).T
-    moving = np.flatnonzero(metres[-1] - metres > MOVES_M)
-    return int(times[moving[-1]]) if len(moving) else int(times[0]) - FRAME_S
+    moving = np.flatnonzero(np.diff(metres) > MOVES_MPS * FRAME_S)
+    return int(times[moving[-1] + 1]) if len(moving) else int(times[0])
 
 
 def _compare(one: Watcher, for_good: dict[str, int]) -> dict[str, Any]:

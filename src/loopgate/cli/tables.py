@@ -52,7 +52,10 @@ def deadlock_text(deadlock: Mapping[str, Any]) -> str:
     more = f" and {len(streets) - _STREETS} more" if len(streets) > _STREETS else ""
     where = f"{', '.join(streets[:_STREETS])}{more}"
     text = f"{len(vehicles)} vehicles on {len(streets)} street{'s' * (len(streets) != 1)}: {where}"
-    return f"{text} ({' -> '.join([*vehicles, vehicles[0]])})" if len(vehicles) <= _SMALL else text
+    if len(vehicles) <= _SMALL:
+        text += f" ({' -> '.join([*vehicles, vehicles[0]])})"
+    behind = deadlock.get("held_up", len(vehicles)) - len(vehicles)
+    return f"{text}; {behind} more stand behind them" if behind else text
 
 
 def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:

@@ -259,7 +259,9 @@ def _deadlock_text(found: Sequence[Mapping[str, Any]]) -> str:
     size = len(first["vehicles"])
     came = f", {first['last']['vehicle']} the last to come" if "last" in first else ""
     closed = f"the first closed at {closed_at_s(first):.0f} s"
-    return f"{len(found)}; {closed}, {size} vehicles in a circle{whose}{came}"
+    behind = first.get("held_up", size) - size
+    more = f", {behind} behind it" if behind else ""
+    return f"{len(found)}; {closed}, {size} vehicles in a circle{whose}{more}{came}"
 
 
 def _starving(summary: Summary) -> Rows:

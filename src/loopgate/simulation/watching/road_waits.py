@@ -27,6 +27,9 @@ _SURELY_S = 20.0
 _TOUCHING_M = 3.0
 """A vehicle stands because of its leader if the gap is at most the minimum gap and this [m]."""
 
+_CREEP_M, _ROUNDING_M = 3.0, 0.005
+"""A driver may creep so far up to the leader, some millimetres a second; what is less is no move [m]."""
+
 _AT_JUNCTION_M = 15.0
 """A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
 
@@ -125,15 +128,20 @@ class RoadWaits:
         self._bodies: dict[str, list[Occupant]] = {}
         """The vehicles by the lane of their fronts, and by each lane that they stand on, from the rear on."""
         self._lane: dict[str, tuple[str, float]] = {}
+        self._creeping: set[str] = set()
+        """The vehicles that have moved at all since the last look."""
 
     def look(self) -> None:
         """Take in where all vehicles are now."""
         fronts, bodies = defaultdict(list), defaultdict(list)
-        self._lane = {}
+        before, self._lane, self._creeping = self._lane, {}, set()
         for vehicle, lane, front_m in self._road.on_lanes():
             if lane not in self._network.lanes:
                 continue
             self._lane[vehicle] = lane, front_m
+            was_on, was_m = before.get(vehicle, ("", 0.0))
+            if was_on == lane and front_m - was_m > _ROUNDING_M:
+                self._creeping.add(vehicle)
             length_m, _ = self._road.size(vehicle)
             here = Occupant(vehicle, front_m, front_m - length_m)
             fronts[lane].append(here)
@@ -154,7 +162,8 @@ class RoadWaits:
         sets = self._by_bodies(vehicle, lane, front_m)
         if not at_end and len(sets) == 1 and len(sets[0]) == 1:
             return sets  # it stands in a queue
-        if stood_s >= self._until_sure_s(vehicle, lane, ways):
+        opens = any(self._opens(vehicle, lane, way) for way in ways)
+        if not opens and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = sorted(self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle})
             sets += [around] if around else []
         return sets
@@ -283,7 +292,7 @@ class RoadWaits:
         length_m, gap_m = self._road.size(vehicle)
         over_m = sum(self._network.lanes[one].length_m for one in via) - front_m if inside else 0.0
         found = self._without_space(vehicle, way, gap_m + (_TOUCHING_M if inside else length_m) - over_m)
-        path = self._line(via)
+        path = self._line(via if inside or len(via) == 1 else via[:-1])  # it can wait before the last lane
         if path is not None and inside:
             path = _part(path, front_m * path.length / max(1e-6, over_m + front_m), path.length)
         if path is not None:
@@ -291,14 +300,30 @@ class RoadWaits:
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
-        """Return the vehicle that stands nearer than `needs_m` beyond the movement [m]."""
+        """Return the vehicle that stands nearer than `needs_m` beyond a movement [m] for good."""
+        last, lacks_m = self._last_beyond(vehicle, way, needs_m)
+        return [last.vehicle] if last and not self._clears(last, lacks_m) else []
+
+    def _opens(self, vehicle: str, lane: str, way: Connection) -> bool:
+        """Return whether a vehicle beyond a movement creeps ahead, so that there will be space some day."""
+        if lane in way.via:
+            return False
+        last, lacks_m = self._last_beyond(vehicle, way, sum(self._road.size(vehicle)))
+        return last is not None and self._clears(last, lacks_m)
+
+    def _clears(self, last: Occupant, lacks_m: float) -> bool:
+        """Return whether a vehicle creeps, and may come so much farther [m]."""
+        return lacks_m <= _CREEP_M and last.vehicle in self._creeping
+
+    def _last_beyond(self, vehicle: str, way: Connection, needs_m: float) -> tuple[Occupant | None, float]:
+        """Return the next vehicle beyond a movement if it is nearer than `needs_m`, and what lacks [m]."""
         _, after = self._road.edges_around(vehicle)
         lanes, edges = [way.to_id], list(after or ())[1:]
         for lane in lanes:
             bodies = [one for one in self._bodies.get(lane, ()) if one.vehicle != vehicle]
             if bodies:
                 last = min(bodies, key=lambda one: one.rear_m)
-                return [last.vehicle] if last.rear_m < needs_m else []
+                return (last, needs_m - last.rear_m) if last.rear_m < needs_m else (None, 0.0)
             needs_m -= self._network.lanes[lane].length_m
             if needs_m <= 0.0:
                 break
@@ -308,7 +333,7 @@ class RoadWaits:
                 if len(ways) == 1:
                     lanes += [*ways[0].via, ways[0].to_id]
                     edges = edges[1:]
-        return []
+        return None, 0.0
 
     def _left_over(self, way: Connection, lane: str, front_m: float) -> float:
         """Return how far it is from a position inside a junction to its end [m]."""
@@ -317,7 +342,7 @@ class RoadWaits:
     def _across(
         self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
     ) -> list[str]:
-        """Return the vehicles whose bodies, or before the junction whose ways inside it, cross a path."""
+        """Return the vehicles whose bodies cross a path."""
         found = []
         for other in self._at[way.junction]:
             for lane in (*other.via, other.to_id):
@@ -327,13 +352,11 @@ class RoadWaits:
                     on_exit = lane == other.to_id
                     if on_exit and one.rear_m >= 0.0:
                         continue
-                    foe = not inside and not on_exit and self._network.are_foes(way, other)
                     line = self._line((lane,))
                     if line is None:
                         continue
                     scale = line.length / max(1e-6, self._network.lanes[lane].length_m)
-                    until_m = line.length if foe and one.front_m > 0 else one.front_m * scale
-                    body = _part(line, one.rear_m * scale, until_m)
+                    body = _part(line, one.rear_m * scale, one.front_m * scale)
                     merges = other is not way and way.to_id == other.to_id and not on_exit
                     if merges and inside and self._left_over(other, lane, one.front_m) >= left_m:
                         continue  # it comes after
@@ -391,7 +414,8 @@ class RoadWaits:
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
         for way in self._ways(vehicle, lane):
-            found.update(self._without_space(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M))
+            last, _ = self._last_beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
+            found.update([last.vehicle] if last else ())
         return found
 
     def _on_edge(self, vehicle: str, lane: Lane, front_m: float) -> Iterator[str]:
