@@ -30,6 +30,12 @@ ROADS: dict[str, Any] = {
 }
 READY = "new Promise(done => { const look = () => window.replay ? done() : setTimeout(look, 20); look(); })"
 DRAWN = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+RED = (
+    "(() => { const c = document.querySelector('.panel canvas');"
+    "const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
+    "for (let i = 0; i < p.length; i += 4) if (p[i] > 190 && p[i + 1] < 30 && p[i + 2] < 60) n++;"
+    "return n; })()"
+)
 
 
 @pytest.fixture(scope="module")
@@ -153,18 +159,46 @@ def test_what_it_unpacks_is_what_was_packed(browser: Tab, pages: dict[str, Path]
 def test_a_deadlock_is_drawn_and_told(browser: Tab, pages: dict[str, Path]) -> None:
     """D goes there; the caption says it, and red is on the map where it was not before."""
     tab = ready(browser, pages["both"])
-    red = (
-        "(() => { const c = document.querySelector('.panel canvas');"
-        "const p = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; let n = 0;"
-        "for (let i = 0; i < p.length; i += 4) if (p[i] > 190 && p[i + 1] < 30 && p[i + 2] < 60) n++;"
-        "return n; })()"
-    )
-    assert tab.value(red) == 0
+    assert tab.value(RED) == 0
     deadlock(tab)
     keep(tab, pages["both"].with_name("deadlock.png"))
-    assert tab.value(red) > 100
+    assert tab.value(RED) > 100
     assert "Deadlock of 3" in tab.value("document.querySelector('.alarm').textContent")
     assert tab.value("document.querySelectorAll('.alarm')[1].textContent") == ""
+
+
+def test_closed_streets_and_vehicles_that_stand_are_drawn_and_told(browser: Tab, tmp_path: Path) -> None:
+    """Dashed in red while they last, in the caption until when; a vehicle that waits there says so too."""
+    (tmp_path / "incidents.toml").write_text(
+        '[[closures]]\nedge = "C2C1"\nfrom = 60\nto = 160\n'
+        '[[breakdowns]]\nvehicle = "y"\nfrom = 60\nto = 170\n'
+    )
+    (tmp_path / "loop.rou.xml").write_text(
+        '<routes><route id="a" edges="B2C2 C2C1 C1B1 B1B2">'
+        '<stop lane="C2C1_0" endPos="40" duration="5"/></route>'
+        '<vehicle id="x" route="a" depart="0"/><vehicle id="y" route="a" depart="0"/></routes>'
+    )
+    routes, incidents = str(tmp_path / "loop.rou.xml"), str(tmp_path / "incidents.toml")
+    grid = "networks/grid5-priority.net.xml"
+    simulate(Scenario(network=grid, routes=routes, incidents=incidents, duration_s=200.0), tmp_path / "run")
+    tab = ready(browser, make_replay(tmp_path / "run").write(tmp_path / "page.html"))
+    alarm = "document.querySelector('.alarm').textContent"
+    assert tab.value(alarm) == ""
+    tab.value("window.replay.seek(140)")
+    tab.value(DRAWN)
+    keep(tab, tmp_path / "blocked.png")
+    told = tab.value(alarm)
+    assert "C2C1_0 is closed until 2:40" in told
+    assert "y stands on" in told
+    assert "(breakdown) until 2:50" in told
+    assert tab.value(RED) > 50
+    tab.value("window.replay.choose(window.replay.runs[0], 0)")
+    tab.value(DRAWN)
+    about = tab.value("document.getElementById('about').innerText")
+    assert "is closed until 2:40" in about or "y stands on" in about
+    tab.value("window.replay.seek(190)")
+    tab.value(DRAWN)
+    assert tab.value(alarm) == ""
 
 
 def test_a_click_tells_why_a_vehicle_waits(browser: Tab, pages: dict[str, Path]) -> None:

@@ -12,6 +12,8 @@ import pytest
 
 from loopgate import Scenario
 from loopgate.cli.run import exit_code
+from loopgate.replay.scene import load_scene
+from loopgate.replay.tracks import PER_M
 from loopgate.results.columns import Event
 from loopgate.results.figures import summary_rows
 from loopgate.results.recorder import read_events
@@ -122,6 +124,20 @@ def test_the_reason_says_what_is_closed_or_who_stands(incident: str, reason: str
     assert summary["refusals"] == {reason: 1}
     assert summary["longest_waits_s"][reason] > 300.0
     assert {one["until_s"] for one in summary["standing"]["blocked"]} >= {400.0}
+
+
+def test_the_replay_draws_vehicles_where_they_are_after_a_detour(tmp_path: Path) -> None:
+    """And crossings as taken only as long as they are."""
+    ran(tmp_path, '[[closures]]\nedge = "C2C1"\nfrom = 100\nto = 400\n', duration_s=500.0)
+    scene = load_scene(tmp_path / "run")
+    assert max(span.end - span.begin for span in scene.happenings.passages) < 60
+    ends = pd.read_parquet(tmp_path / "run" / "vehicles.parquet").set_index("vehicle")
+    tracks = scene.tracks
+    for vehicle, spans in tracks.rows_of().items():
+        _, rows = spans[-1]
+        there = ends.loc[tracks.vehicles[vehicle]]
+        assert tracks.x[rows][-1] / PER_M == pytest.approx(there["x_m"], abs=0.2)
+        assert tracks.y[rows][-1] / PER_M == pytest.approx(there["y_m"], abs=0.2)
 
 
 def test_a_round_on_a_detour_is_a_lap(tmp_path: Path) -> None:

@@ -158,6 +158,9 @@ class Fronts:
         self._offsets_m: list[float] = []
         self._at_m: Floats = np.zeros(0)
         self._offset_m: Floats = np.zeros(0)
+        self._shifts_m: list[float] = []
+        """By how much arc lengths are larger on the present path of each vehicle than on its first [m]."""
+        self._shift_m: Floats = np.zeros(0)
         self._changed = False
         """Whether the lists have changed since the arrays were made of them."""
 
@@ -171,6 +174,7 @@ class Fronts:
         if self._changed:
             self._changed = False
             self._at_m, self._offset_m = np.array(self._fronts_m), np.array(self._offsets_m)
+            self._shift_m = np.array(self._shifts_m)
 
     def add(self, vehicles: Sequence[Vehicle]) -> None:
         """Add vehicles that have come, with their fronts as they are now."""
@@ -179,18 +183,24 @@ class Fronts:
         for vehicle, odometer in zip(vehicles, odometers, strict=True):
             self._fronts_m.append(vehicle.front_m)
             self._offsets_m.append(vehicle.front_m - odometer)
+            self._shifts_m.append(0.0)
         self.names += names
         self._changed = True
 
     def drop(self, row: int) -> None:
         """Drop the vehicle in a row; the rows after it move up."""
-        del self.names[row], self._fronts_m[row], self._offsets_m[row]
+        del self.names[row], self._fronts_m[row], self._offsets_m[row], self._shifts_m[row]
         self._changed = True
 
     def shift(self, row: int, by_m: float) -> None:
         """Note that the vehicle in a row changes to another path, where arc lengths are `by_m` larger."""
         self._fronts_m[row] += by_m
+        self._shifts_m[row] += by_m
         self.jumped(row, by_m)
+
+    def as_driven(self) -> Floats:
+        """Return the arc length of each front [m]; other paths continue the first path of a vehicle."""
+        return self.at_m - self._shift_m
 
     def jumped(self, row: int, skipped_m: float) -> None:
         """Note that SUMO moved the vehicle in a row `skipped_m` ahead; its odometer does not count that."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -507,6 +507,8 @@ class Scene:
             "links": [flat(link.line) for link in self.ways.links],
             "foes": self.ways.foes,
             "why": list(WHY.values()),
+            "blocked": list(self._blocked()),
+            "standing": [list(WHY).index(reason) for reason in (Reason.CLOSED, Reason.BLOCKED)],
             "crossing": list(WHY).index("crossing"),
             "occupied": list(WHY).index("occupied"),
             "after": [[self._place(name), list(links)] for name, links in self.ways.after.items()],
@@ -522,6 +524,19 @@ class Scene:
             "mishaps": what.mishaps,
             "circles": [[list(circle.vehicles), circle.begin, circle.end] for circle in what.circles],
         }
+
+    def _blocked(self) -> Iterator[list[Any]]:
+        """Yield the places that were closed or blocked: place, first and last step, cause, vehicle, end [s].
+
+        The vehicle is -1 for a closure, and the end None if it was not known before.
+        """
+        places = {name: number for number, name in enumerate(self.ways.places)}
+        vehicles = {name: number for number, name in enumerate(self.tracks.vehicles)}
+        for one in (self.summary.get("standing") or {}).get("blocked", ()):
+            if one["place"] in places:
+                end = self.tracks.frames if one["to_s"] is None else self.tracks.frame(one["to_s"])
+                begin, who = self.tracks.frame(one["from_s"]), vehicles.get(one["vehicle"], -1)
+                yield [places[one["place"]], begin, end, one["why"], who, one.get("until_s")]
 
     def _shown(self, place: str) -> str:
         """Return a place as the page names it: with the name of its street, if the street has a name."""

@@ -191,8 +191,8 @@ class Drive:
         return np.array(self.driving.granted, dtype=np.int64)
 
     def fronts(self) -> Floats:
-        """Return each front's arc length along its path after the last step [m]; laps add up."""
-        return self.driving.fronts.at_m
+        """Return each front's arc length after the last step [m]; laps and paths that it turns to add up."""
+        return self.driving.fronts.as_driven()
 
     def read_everybody(self) -> None:
         """Read the positions of all vehicles at once, since an observer asks for them in each step."""

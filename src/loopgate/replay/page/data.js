@@ -195,6 +195,15 @@ class Run {
     return lastUpTo(this.lapAt, 0, this.lapAt.length, frame) + 1;
   }
 
+  // The places that are closed or blocked, each with its cause in words and the vehicle that stands there.
+  blockedAt(frame) {
+    const now = this.blocked.filter(([, begin, end]) => begin <= frame && frame < end);
+    return now.map(([place, , , why, vehicle, until]) => {
+      const { name } = this.places[place], end = until === null ? "" : ` until ${clock(until)}`;
+      return { place, vehicle, words: vehicle < 0 ? `${name} is ${why}${end}` : `${this.vehicles[vehicle]} stands on ${name} (${why})${end}` };
+    });
+  }
+
   circlesAt(frame) {
     return this.circles.filter(([, begin, end]) => begin <= frame && frame < end);
   }

@@ -113,6 +113,7 @@ class Painter {
     }
     this.places();
     this.ways();
+    this.blocked();
     const circles = run.circlesAt(run.frame);
     for (const [vehicles] of circles) this.circle(vehicles, 0.4, 60, 9);
     this.bodies();
@@ -145,6 +146,14 @@ class Painter {
       if (this.run.passages.count(link, this.run.frame)) taken.push(line);
     });
     this.lines(taken, this.colours.taken, 8, 1.2);
+  }
+
+  // Closed and blocked places.
+  blocked() {
+    const { context, run, colours, pixel } = this;
+    context.setLineDash([5 * pixel, 3 * pixel]);
+    this.lines(run.blockedAt(run.frame).map(({ place }) => run.places[place].line), colours.circle, 14, 3);
+    context.setLineDash([]);
   }
 
   bodies() {

@@ -1,6 +1,6 @@
 // One run on the page: its canvas, its caption, and what the pointer does there.
 
-const CLICK_PX = 6, NEAR_PX = 14;
+const CLICK_PX = 6, NEAR_PX = 14, MOST_BLOCKED = 3;
 
 class Panel {
   constructor(stage, run, ground, view, colour, choose) {
@@ -45,6 +45,10 @@ class Panel {
     const circles = run.circlesAt(run.frame);
     const words = circles.map(([vehicles, begin]) =>
       `Deadlock of ${vehicles.length} since ${clock(run.first_s + begin * run.step_s)}`);
+    const all = run.blockedAt(run.frame), first = ({ vehicle }, k) => all.findIndex((one) => one.vehicle === vehicle) === k;
+    const blocked = all.filter((one, k) => one.vehicle < 0 || first(one, k)).map((one) => one.words);
+    words.push(...blocked.slice(0, MOST_BLOCKED));
+    if (blocked.length > MOST_BLOCKED) words.push(`${blocked.length - MOST_BLOCKED} more are closed or blocked`);
     if (time > run.last_s + run.step_s) words.push(`The run ended at ${clock(run.last_s)}`);
     this.alarm.textContent = words.join(". ");
   }

@@ -17,6 +17,11 @@ function waitOf(run, vehicle, frame) {
     wait.since = run.refusals.begin[row];
     wait.words = run.why[run.refusals.why[row]] ?? "the gate refuses it";
     wait.whom = blockers(run, vehicle, frame, link, run.refusals.why[row], wait.place);
+    if (run.standing.includes(run.refusals.why[row])) {
+      const there = run.blockedAt(frame).filter(({ place }) => place === wait.place);
+      wait.words = there[0]?.words ?? wait.words;
+      wait.whom = there.map((one) => one.vehicle).filter((other) => other >= 0 && other !== vehicle);
+    }
   } else {
     const ahead = bodyAhead(run, vehicle);
     wait.words = ahead < 0 ? "nobody stands close ahead: it gives way, or has a red light or a stop" : "it stands in a queue";
