@@ -12,6 +12,7 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.control.chain import ChainGate
 from loopgate.control.driving import Driving
 from loopgate.control.ledger import Ledger, Order
+from loopgate.control.lights import light
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing
 from loopgate.control.refusal import Refusal, Rule
@@ -207,9 +208,9 @@ class Deciding:
         self._negotiated: Negotiated | None = None
 
     def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
-        """Return an empty ledger with this gate and negotiation, and with rules about lights and traffic.
+        """Return an empty ledger with this gate and negotiation.
 
-        `outside`: those rules, which the ledger asks before the gate.
+        `outside`: the rules about spacing and ordinary traffic.
         """
         negotiation = self._negotiation
         order: Order
@@ -226,7 +227,7 @@ class Deciding:
         self._ledger = ledger = Ledger(
             rules, everybody=everybody, step_s=step_s, order=order, pressing=pressing
         )
-        ledger.keeping.outside = outside
+        ledger.keeping.outside = [light, *outside]
         if self._made is not None:
             self.go_by(*self._made)
         return ledger
