@@ -147,10 +147,6 @@ class Negotiated:
         """Return how many more vehicles fit into a place."""
         return self._place(state).slots - len(self._place(state).bodies)
 
-    def outside(self, state: int) -> int:
-        """Return how many vehicles wait to depart into a place."""
-        return self._place(state).outside
-
     def _place(self, state: int) -> Place:
         return self._known[state] if state in self._known else self.places[self._names[state]]
 
@@ -216,8 +212,8 @@ class Deciding:
         order: Order
         pressing = None
         if type(negotiation) is Pressure:
-            crowded, patience_s, wait_s = negotiation.figures
-            pressure = Pressing(crowded if negotiation.given else inf, patience_s, wait_s)
+            crowded, patience_s = negotiation.figures
+            pressure = Pressing(crowded if negotiation.given else inf, patience_s)
             pressing = None if negotiation.given else pressure
             order = pressure.order
         else:

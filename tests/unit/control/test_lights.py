@@ -98,7 +98,7 @@ def test_green_or_no_light_lets_pass(letter: str) -> None:
 
 @pytest.mark.parametrize(("letter", "kept"), [("r", False), ("G", True)])
 def test_nothing_is_kept_for_a_vehicle_at_red(letter: str, *, kept: bool) -> None:
-    """The next place is full for two minutes: at red nobody passes the vehicle over, at green others might."""
+    """The next place is full for two minutes: at red nobody passes the vehicle over, at green some might."""
     scene = Scene(("t", 0.1))
     ledger, car, after = scene.ledger, scene.car, scene.car.leg.after
     assert after is not None
