@@ -15,29 +15,31 @@ from loopgate.simulation.fcd.frames import read_frames
 
 pytestmark = pytest.mark.sumo
 
-_MOVES_M = 2.5
-"""Drivers creep up to their leaders for minutes; so much is no move [m]."""
+_CREEPS_MPS = 0.05
+"""Drivers creep up to their leaders for minutes, some millimetres a second; that is no move [m/s]."""
 
 
-@pytest.fixture(scope="module", params=["priority", "allway_stop", "right_before_left", "traffic_light"])
+KINDS = ("priority 1", "allway_stop 1", "right_before_left 2 --lefthand", "traffic_light 2")
+
+
+@pytest.fixture(scope="module", params=KINDS)
 def crowded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Write a configuration: a block of one-lane streets, with more trips than it can hold."""
-    folder = tmp_path_factory.mktemp(request.param)
+    """Write a configuration: a block of streets, with more vehicles round it than it can hold."""
+    kind, lanes, *side = request.param.split()
+    folder = tmp_path_factory.mktemp(kind)
     options = "--grid --grid.number 2 --grid.length 80 --grid.attach-length 80 --tls.allred.time 0"
-    netgenerate(f"{options} --default-junction-type {request.param}", folder / "n.net.xml")
-    ends = [
-        (f"{side}{near}", f"{far}{other}")
-        for side, near, *others in (
-            ("bottom0", "A0", "A1left1", "B1top1", "A1top0"),
-            ("left1", "A1", "B0right0", "B0bottom1", "B1top1"),
-            ("top1", "B1", "A0left0", "A0bottom0", "B0bottom1"),
-            ("right0", "B0", "A1top0", "A1left1", "A0left0"),
-        )
-        for far, other in ((one[:2], one[2:]) for one in others)
-    ]
+    options += f" --default-junction-type {kind} --default.lanenumber {lanes} {' '.join(side)}"
+    netgenerate(options, folder / "n.net.xml")
+    ways = (
+        "bottom0A0 A0A1 A1B1 B1B0 B0right0",
+        "left1A1 A1B1 B1B0 B0A0 A0left0",
+        "top1B1 B1B0 B0A0 A0A1 A1top0",
+        "right0B0 B0A0 A0A1 A1B1 B1right1",
+    )
     flows = "".join(
-        f'<flow id="f{k}" begin="0" end="300" vehsPerHour="220" from="{a}" to="{b}" departSpeed="max"/>'
-        for k, (a, b) in enumerate(ends)
+        f'<flow id="f{k}" begin="0" end="300" vehsPerHour="{600 * int(lanes)}" departSpeed="max">'
+        f'<route edges="{way}"/></flow>'
+        for k, way in enumerate(ways)
     )
     (folder / "d.rou.xml").write_text(f"<routes>{flows}</routes>")
     config = folder / "d.sumocfg"
@@ -50,16 +52,12 @@ def crowded(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
 
 def standing_for_good(fcd: Path) -> dict[str, float]:
     """Return the vehicles that are there at the end, and when each moved last [s]."""
-    at: dict[str, tuple[str, float]] = {}
     last: dict[str, float] = {}
     names: set[str] = set()
     for time_s, vehicles in read_frames(fcd):
         names = {one.vehicle for one in vehicles}
-        for one in vehicles:
-            lane, pos_m = at.get(one.vehicle, ("", 0.0))
-            if lane != one.lane or one.pos_m - pos_m > _MOVES_M:
-                at[one.vehicle], last[one.vehicle] = (one.lane, one.pos_m), time_s
-    return {vehicle: last[vehicle] for vehicle in names}
+        last |= {one.vehicle: time_s for one in vehicles if one.speed_mps > _CREEPS_MPS}
+    return {vehicle: last.get(vehicle, 0.0) for vehicle in names}
 
 
 def test_a_standstill_is_told_within_a_minute_and_names_only_who_stands_for_good(
@@ -73,11 +71,9 @@ def test_a_standstill_is_told_within_a_minute_and_names_only_who_stands_for_good
     stands = standing_for_good(fcd)
     made = run(Scenario(network=str(crowded), gate="open", seed=1), tmp_path / "run").summary
     read = read_fcd(fcd, str(crowded), tmp_path / "read").summary
+    assert len(stands) > 50
     assert not [one for one in made["warnings"] if re.search("teleport", one)]
     for summary in (made, read):
-        if not stands:
-            assert summary["outcome"] == "done"
-            continue
         assert summary["outcome"] == "deadlock"
         found = summary["deadlocks"][0]
         assert set(found["vehicles"]) <= stands.keys()

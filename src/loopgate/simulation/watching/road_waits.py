@@ -450,6 +450,9 @@ class SimulatedRoad:
     def __init__(self, traffic: Traffic, gated: Container[str] = ()) -> None:
         self._traffic, self._gated = traffic, gated
         self._sizes: dict[str, tuple[float, float]] = {}
+        self._routes: dict[str, tuple[str, list[str]]] = {}
+        self._leads: dict[str, Sequence[LeadsOn]] = {}
+        """What has been read since all vehicles were read last."""
 
     def on_lanes(self) -> Iterator[tuple[str, str, float]]:
         """Yield each vehicle on the road with the lane and the position of its front [m]."""
@@ -457,7 +460,7 @@ class SimulatedRoad:
         sizes = {
             vehicle: self._sizes.get(vehicle) or self._traffic.size(vehicle) for vehicle in here.vehicles
         }
-        self._sizes = sizes
+        self._sizes, self._routes, self._leads = sizes, {}, {}
         still = (here.speeds_mps < STANDING_MPS).tolist()
         for vehicle, lane, front_m, stands in zip(
             here.vehicles, here.lanes, here.positions_m.tolist(), still, strict=True
@@ -471,17 +474,21 @@ class SimulatedRoad:
 
     def edges_around(self, vehicle: str) -> tuple[str, Sequence[str]]:
         """Return the edges before and after the one that a vehicle is on, or came from if it is inside."""
-        route, at = self._traffic.route(vehicle)
-        return route[at - 1] if at > 0 else "", list(route[at + 1 :])
+        if vehicle not in self._routes:
+            route, at = self._traffic.route(vehicle)
+            self._routes[vehicle] = route[at - 1] if at > 0 else "", list(route[at + 1 :])
+        return self._routes[vehicle]
 
     def lanes_for(self, vehicle: str) -> Sequence[LeadsOn]:
         """Return how the lanes of its edge lead on; a gated vehicle stays on its lane if it is a best one."""
-        lanes = [LeadsOn(*one) for one in self._traffic.goes_on(vehicle)]
-        if vehicle not in self._gated:
-            return lanes
-        best = [one for one in lanes if not one.to_best]
-        here, _ = self._traffic.lane(vehicle)
-        return [one for one in best if one.lanes[0] == here] or best
+        if vehicle not in self._leads:
+            lanes = [LeadsOn(*one) for one in self._traffic.goes_on(vehicle)]
+            if vehicle in self._gated:
+                best = [one for one in lanes if not one.to_best]
+                here, _ = self._traffic.lane(vehicle)
+                lanes = [one for one in best if one.lanes[0] == here] or best
+            self._leads[vehicle] = lanes
+        return self._leads[vehicle]
 
     def faces_red(self, vehicle: str) -> bool:
         """Return whether the next light is red for a vehicle."""
