@@ -200,6 +200,8 @@ def recount(folder: Path) -> list[Figure]:
     flow = run.flow[run.flow["time_s"] > run.begin_s]
     last_s = float(flow["time_s"].max()) if len(flow) else run.begin_s
     driven = run.moves[run.moves["time_s"].gt(run.begin_s + 1e-6) & run.moves["time_s"].le(last_s + 1e-6)]
+    measured = run.moves[run.moves["time_s"].gt(run.begin_s + 1e-6)]
+    last_steps_m = metres - measured["speed"].sum() * run.step_s  # of those who arrive: FCD has none of them
     row = read_run_row(folder).row
     own_s = vehicles["stopped_s"] if run.once and said["gate"] == "open" else pd.Series(dtype=float)
     found = [
@@ -233,7 +235,7 @@ def recount(folder: Path) -> list[Figure]:
         Figure(
             "flow, driven [km]",
             flow["distance_m"].sum() / 1e3,
-            driven["speed"].sum() * run.step_s / 1e3,
+            (driven["speed"].sum() * run.step_s + last_steps_m) / 1e3,
             0.02,
         ),
         Figure(

@@ -85,7 +85,7 @@ def test_other_commands(
         ('gate = ["certified", "certifed"]', "gate certifed: there is no such gate"),
         ('gate = ["certified:budgt=5"]', "unknown option 'budgt'; its options are promise"),
         ('negotiation = ["presure"]', "negotiation presure: there is no such negotiation"),
-        ('negotiation = ["pressure:wait=0"]', "expected times above 0"),
+        ('negotiation = ["pressure:patience=0"]', "expected a share, and a time above 0"),
         ("vehicels = [5]", "unknown key 'vehicels'"),
         ("vehicles = [5, -5]", "vehicles is -5"),
     ],

@@ -142,7 +142,7 @@ def test_loops_drive_among_ordinary_traffic(folder: Path, tmp_path: Path) -> Non
         {"gate": "banker", "vehicles": 12},
         {"gate": "algorithm2", "abstraction": "segments", "vehicles": 6, "loops": 6},
         {"negotiation": "oldest"},
-        {"negotiation": "pressure:crowded=0.3,wait=20", "serve_after_s": 0.0},
+        {"negotiation": "pressure:crowded=0.3,patience=50", "serve_after_s": 0.0},
     ],
     ids=["banker", "segments", "oldest", "pressure"],
 )

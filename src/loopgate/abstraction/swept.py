@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from loopgate.abstraction.parting import Partings
 from loopgate.abstraction.rectangles import Overlaps, find_overlaps
 from loopgate.abstraction.swept_paths import Bodies, SweptPath, SweptPaths, drawn
 from loopgate.arrays import Flags, Floats, Ints
@@ -32,13 +33,6 @@ _ENDS_M = 15.0
 
 _FOLLOWS_M = 4.0
 """A vehicle this near behind another on one path follows it, and keeps its own gap [m]."""
-
-_JUST_LEFT_M = 12.0
-"""SUMO keeps two vehicles apart that leave a lane one after the other, up to this distance behind its end
-[m].
-
-This holds only while both are inside the junction, and only where there is right of way: SUMO computes where
-two movements from one lane part together with the request matrix."""
 
 
 @dataclass(frozen=True)
@@ -216,6 +210,7 @@ class _Ways:
         }
         self.lane = np.array([lanes[c.lane] for c in paths], dtype=np.int64)
         self.edge = np.array([roads.get(network.lanes[c.lane].edge, -1) for c in paths], dtype=np.int64)
+        self._partings = Partings(network)
         self._leads: dict[str, dict[str, float]] = {}
         """For each lane, the lanes ahead that every vehicle on it reaches, and how far ahead each begins [m].
         """
@@ -288,7 +283,10 @@ class _Ways:
     def _split(self, one: int, other: int) -> tuple[float, float, float]:
         """Return the offsets of both fronts' positions [m], and where rears leave the common lane [m].
 
-        The two paths come from one lane. SUMO lets no vehicle pass another that has just left that lane.
+        The two paths come from one lane. A vehicle that leaves it follows the one before it until their
+        movements part; bodies that touch farther on conflict. This holds only while both are inside the
+        junction, and only where there is right of way: SUMO computes where lanes part together with the
+        request matrix.
         """
         mine, theirs = self._paths[one], self._paths[other]
         behind = {lane: metres for metres, lane in self._behind(mine)}
@@ -296,9 +294,12 @@ class _Ways:
         if not common:
             return math.nan, math.nan, 0.0
         mine_m, theirs_m, lane = min(common, key=lambda one: one[0] + one[1])
-        kept_m = min(self._inside_m(mine, lane), self._inside_m(theirs, lane), _JUST_LEFT_M)
-        if lane not in (mine.lane, theirs.lane) and not self._network.is_regulated(lane):
-            kept_m = 0.0
+        kept_m = min(self._inside_m(mine, lane), self._inside_m(theirs, lane))
+        if lane not in (mine.lane, theirs.lane):
+            parted_m = self._partings.parted_m(_after(mine, lane), _after(theirs, lane))
+            kept_m = min(kept_m, parted_m + _EVERY_M)
+            if not self._network.is_regulated(lane):
+                kept_m = 0.0
         return mine_m, theirs_m, self._length_m[lane] + kept_m
 
     def _inside_m(self, path: SweptPath, lane: str) -> float:
@@ -326,3 +327,9 @@ class _Ways:
         for lane in path.before:
             metres += self._length_m[lane]
             yield metres, lane
+
+
+def _after(path: SweptPath, lane: str) -> str:
+    """Return the lane of a path that follows a lane behind its front."""
+    lanes = (path.lane, *path.before)
+    return lanes[lanes.index(lane) - 1]

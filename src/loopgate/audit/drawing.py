@@ -14,17 +14,11 @@ import shapely
 from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.drawn_bodies import NEAR_M, LaneOnWay, draw_bodies, drawn_alike, find_ways
 from loopgate.audit.layout import Layout, ground_key
+from loopgate.audit.parted import Parted
 from loopgate.cache import Cache
 
 _LEAST_M = 0.1
 """Stretches shorter than this are left out: only corners of the bodies touch there [m]."""
-
-_JUST_LEFT_M = 12.0
-"""How far behind the end of a lane SUMO keeps two vehicles apart that leave this lane on different ways [m].
-
-SUMO does so only inside the junction: on the road behind it, a driver does not see vehicles that are still
-inside. At a junction without right of way SUMO does not keep such vehicles apart.
-"""
 
 _APART_M = 2.0
 """Fronts farther apart than this belong to different stretches [m]."""
@@ -100,10 +94,9 @@ def _find_meetings(layout: Layout) -> list[Meeting]:
     numbers: dict[str, int] = {}
     ways = find_ways(layout, numbers)
     names = list(numbers)
-    roads = _Roads(
-        {number for name, number in numbers.items() if not name.startswith(":")},
-        {numbers[lane] for lane in layout.unregulated},
-    )
+    lanes_of_roads = {number for name, number in numbers.items() if not name.startswith(":")}
+    unregulated = {numbers[lane] for lane in layout.unregulated}
+    roads = _Roads(lanes_of_roads, unregulated, Parted(layout, names, lanes_of_roads))
     alike = drawn_alike(layout, ways)
     bodies, shapes = draw_bodies(layout, [ways[some[0]] for some in alike])
     if not len(shapes):
@@ -269,10 +262,14 @@ def lies_above(layout: Layout, one: str, other: str) -> bool:
 
 
 class _Roads(NamedTuple):
-    """The lanes outside junctions, by number, and the lanes that lead to a junction without right of way."""
+    """The lanes outside junctions, by number, and the lanes that lead to a junction without right of way.
+
+    `parted`: how far behind a lane bodies on two ways follow each other.
+    """
 
     lanes: AbstractSet[int]
     unregulated: AbstractSet[int]
+    parted: Parted
 
 
 def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, other: _Bodies) -> Flags:
@@ -296,10 +293,11 @@ def _follow(mine: LaneOnWay, theirs: LaneOnWay, roads: _Roads, one: _Bodies, oth
         s, t = one.at_m - at_m, other.at_m - there[lane]
         length_m = np.where(s >= t, one.length_m, other.length_m)
         # A driver still on that lane sees the vehicles ahead; on the road behind the junction, none behind.
-        left = lane not in (mine.lane, theirs.lane)
-        ends_m = [_kept_apart(way, roads, lane) - way.window[lane] for way in (mine, theirs) if left]
-        junction_m = min(ends_m, default=math.inf)
-        just_left = np.maximum(s, t) - length_m <= min(mine.lengths[lane] + _JUST_LEFT_M, junction_m)
+        kept_m = math.inf
+        if lane not in (mine.lane, theirs.lane):
+            ends_m = [_kept_apart(way, roads, lane) - way.window[lane] for way in (mine, theirs)]
+            kept_m = min(*ends_m, mine.lengths[lane] + roads.parted.behind_m(lane, mine, theirs))
+        just_left = np.maximum(s, t) - length_m <= kept_m
         follow |= just_left & (np.abs(s - t) - length_m < NEAR_M)
     return follow
 

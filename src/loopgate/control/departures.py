@@ -132,18 +132,9 @@ class DepartureRules:
 
     def _wait(self, one: VehicleStart) -> None:
         insort(self._outside.setdefault((one.place, one.loop.closed), []), one, key=self._turn_of)
-        self._count(one, 1)
 
     def _turn_of(self, one: VehicleStart) -> int:
         return self._turn[one.vehicle]
-
-    def _count(self, one: VehicleStart, change: int) -> None:
-        """Add `change` to the queue outside each place from the vehicle's own to the next junction."""
-        path = self._driving.paths.of(one.track)
-        for leg in path[one.track.position :]:
-            leg.place.outside += change
-            if leg.passes:
-                return
 
     def _is_crowded(self, one: VehicleStart) -> bool:
         """Return whether one more vehicle would reduce the traffic on its path."""
@@ -169,7 +160,6 @@ class DepartureRules:
         if not driving.arrivals.let_in(track, one.insertion):
             return False
         self._outside[one.place, one.loop.closed].remove(one)
-        self._count(one, -1)
         return True
 
 

@@ -23,8 +23,9 @@ from typing import Final
 from loopgate.control.chain import closes, full_before, next_mover
 from loopgate.control.places import Movement, Place, Vehicle
 from loopgate.control.refusal import Refusal, Rule
+from loopgate.negotiation.formulas import PASSED_OVER_S
 
-PATIENCE_S: Final = 60.0
+PATIENCE_S: Final = PASSED_OVER_S
 """A request is late if it has been passed over for this long [s]."""
 
 SHORT_OF_SLOTS_S: Final = 30.0

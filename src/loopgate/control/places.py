@@ -79,13 +79,12 @@ class Place:
     place. `kept_for`: the vehicle for which the last slot is kept. `mover`: the vehicle for which slots are
     kept because its move lets a served vehicle go on. `barred`: whether only the mover may enter. `shut`:
     whether no vehicle may enter for now. `closed`: the reason of refusal while it is closed or blocked, or
-    ""; `cause`: as in `Refusal`. `outside`: how many vehicles wait to depart here, or in places before up to
-    the junction.
+    ""; `cause`: as in `Refusal`.
     """
 
     __slots__ = (
-        "barred", "bodies", "cause", "closed", "kept_for", "line", "mover", "name", "outside", "shut",
-        "slots", "waiting",
+        "barred", "bodies", "cause", "closed", "kept_for", "line", "mover", "name", "shut", "slots",
+        "waiting",
     )  # fmt: skip
 
     def __init__(self, name: str, slots: int) -> None:
@@ -98,7 +97,6 @@ class Place:
         self.mover: Vehicle | None = None
         self.barred = self.shut = False
         self.closed = self.cause = ""
-        self.outside = 0
 
     def is_full(self) -> bool:
         """Return whether no slot is free."""

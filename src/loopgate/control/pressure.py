@@ -12,20 +12,17 @@ from loopgate.negotiation.formulas import leaves_room, pressure
 PATIENCE_S: Final = 100.0
 """Default of `Pressure.patience_s` [s]."""
 
-WAIT_S: Final = 5.0
-"""Default of `Pressure.wait_s` [s]."""
-
 
 class Pressure:
     """Orders vehicles by pressure, and leaves out vehicles that must not fill a crowded place.
 
-    Pressure is the number of vehicles behind minus the number ahead. `crowded`: the share of taken slots from
-    which a place is crowded; infinite for never. `patience_s`: the longest time that a vehicle is left out,
-    from an empty place into a full one [s]. `wait_s`: the wait that counts as one more vehicle behind [s].
+    Pressure is the share of taken slots behind minus the share ahead, and grows with the wait. `crowded`: the
+    share of taken slots from which a place is crowded; infinite for never. `patience_s`: the longest time
+    that a vehicle is left out, from an empty place into a full one [s].
     """
 
-    def __init__(self, crowded: float = inf, patience_s: float = PATIENCE_S, wait_s: float = WAIT_S) -> None:
-        self.crowded, self.patience_s, self.wait_s = crowded, patience_s, wait_s
+    def __init__(self, crowded: float = inf, patience_s: float = PATIENCE_S) -> None:
+        self.crowded, self.patience_s = crowded, patience_s
 
     def room_for(self, vehicles: int, places: Iterable[Place]) -> None:
         """Set `crowded` to the share of slots that `vehicles` leave free in `places`."""
@@ -41,8 +38,8 @@ class Pressure:
     def _rank(self, vehicle: Vehicle, now_s: float) -> float:
         """Return the negative pressure of a vehicle, so that the lowest rank goes first."""
         here, after = vehicle.leg.place, vehicle.leg.after
-        ahead = 0 if after is None else len(after.place.bodies)
-        return -pressure(len(here.bodies) + here.outside, ahead, (now_s - vehicle.since_s) / self.wait_s)
+        ahead = 0.0 if after is None else len(after.place.bodies) / after.place.slots
+        return -pressure(len(here.bodies) / here.slots, ahead, now_s - vehicle.since_s)
 
     def _goes(self, vehicle: Vehicle, now_s: float) -> bool:
         """Return whether a vehicle is not left out."""

@@ -11,6 +11,7 @@ from typing import Final
 
 from loopgate.control.crossings import in_the_way
 from loopgate.control.keeping import kept
+from loopgate.control.lights import light
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal, Rule
 
@@ -65,6 +66,9 @@ def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
 def usual(outside: Sequence[Rule] = ()) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 
-    `outside`: the rules about lights, spacing and ordinary traffic.
+    `outside`: the rules about spacing and ordinary traffic.
+
+    A light is asked before room and crossing. A vehicle at red is refused for the light then: it is not
+    passed over by the vehicles at green, and `Keeping` keeps nothing for it at their cost.
     """
-    return [stop, room, kept, crossing, *outside, withheld]
+    return [stop, light, room, kept, crossing, *outside, withheld]

@@ -28,10 +28,6 @@ class View(Protocol):
         """Return the number of free slots of `state`."""
         ...
 
-    def outside(self, state: int) -> int:
-        """Return the number of vehicles that wait to depart into `state`."""
-        ...
-
 
 @runtime_checkable
 class Negotiation(Protocol):

@@ -5,14 +5,29 @@ The negotiation ``pressure``, the ledger and vehicles that decide by messages al
 
 from __future__ import annotations
 
+from typing import Final
 
-def pressure(behind: int, ahead: int, waited: float) -> float:
+PASSED_OVER_S: Final = 60.0
+"""A request has been passed over if it is older than this [s].
+
+In the order by pressure such a wait counts as much as a full place behind: a vehicle that has been passed
+over goes before every vehicle from a place as full that has not waited, whatever is ahead of them."""
+
+
+def pressure(behind: float, ahead: float, waited_s: float) -> float:
     """Return the pressure of a vehicle: the highest goes first.
 
-    `behind`, `ahead`: number of vehicles in its place and in the next place. `waited`: its wait, counted in
-    vehicles.
+    Shares are compared, not numbers of vehicles: a long queue would beat the few vehicles on a short ring
+    again and again, which then fills up and crawls.
+
+    Parameters
+    ----------
+    behind, ahead
+        Share of taken slots in its place and in the next place.
+    waited_s
+        How long the vehicle has waited [s].
     """
-    return behind - ahead + waited
+    return behind - ahead + waited_s / PASSED_OVER_S
 
 
 def leaves_room(ahead: float, here: float, waited: float, crowded: float) -> bool:

@@ -1,4 +1,4 @@
-"""Pressure: long queues go first, and no vehicle drives from an emptier place into a crowded place."""
+"""Pressure: full places go first, and no vehicle drives from an emptier place into a crowded place."""
 
 from collections.abc import Sequence
 from random import Random
@@ -13,7 +13,9 @@ _NO_RESERVE = 2.0
 
 
 class Pressure:
-    """The negotiation ``pressure``: the vehicle with the longest queue behind it goes first (max-pressure).
+    """The negotiation ``pressure``: the vehicle from the fullest place into the emptiest goes first.
+
+    It is max-pressure (Varaiya 2013) by shares of slots.
 
     A gate that admits every safe move lets a crowded network fill up around its busiest junctions until
     only single slots move through the queues. So a vehicle is asked to wait while the place it wants is
@@ -37,25 +39,22 @@ class Pressure:
     patience
         Longest wait [s] for the reserve, from an empty place into a full one; less in proportion to how much
         fuller the place ahead is.
-    wait
-        Wait [s] that counts as much as one vehicle of pressure in the order.
     """
 
-    def __init__(self, rng: Random, crowded: float = 0.0, patience: float = 100.0, wait: float = 5.0) -> None:
+    def __init__(self, rng: Random, crowded: float = 0.0, patience: float = 100.0) -> None:
         del rng
-        if not (crowded >= 0 and patience > 0 and wait > 0):
-            msg = f"crowded={crowded:g}, patience={patience:g}, wait={wait:g}; expected times above 0"
+        if not (crowded >= 0 and patience > 0):
+            msg = f"crowded={crowded:g}, patience={patience:g}; expected a share, and a time above 0"
             raise ValueError(msg)
         self.given: Final = crowded > 0
         """Whether `crowded` is the user's, and does not follow from the network."""
         self._crowded = crowded if self.given else _NO_RESERVE
         self._patience_s = patience
-        self._wait_s = wait
 
     @property
-    def figures(self) -> tuple[float, float, float]:
-        """The options `crowded`, `patience` and `wait`; `crowded` follows from the network."""
-        return float(self._crowded), float(self._patience_s), float(self._wait_s)
+    def figures(self) -> tuple[float, float]:
+        """The options `crowded` and `patience`; `crowded` follows from the network."""
+        return float(self._crowded), float(self._patience_s)
 
     def prepare(self, system: System) -> None:
         """Find the share of taken slots above which a place is crowded. O(states)."""
@@ -68,12 +67,16 @@ class Pressure:
         return sorted(going, key=lambda request: (-self._pressure(request, view, now_s), request.robot))
 
     def _pressure(self, request: Request, view: View, now_s: float) -> float:
-        behind = view.held(request.here) + view.outside(request.here)
-        return pressure(behind, view.held(request.wanted), (now_s - request.since_s) / self._wait_s)
+        behind, ahead = self._shares(request, view)
+        return pressure(behind, ahead, now_s - request.since_s)
 
     def _waits(self, request: Request, view: View, now_s: float) -> bool:
-        ahead, here = (
-            view.held(state) / (view.held(state) + view.room(state))
-            for state in (request.wanted, request.here)
-        )
+        here, ahead = self._shares(request, view)
         return leaves_room(ahead, here, (now_s - request.since_s) / self._patience_s, self._crowded)
+
+    def _shares(self, request: Request, view: View) -> list[float]:
+        """Return the shares of taken slots in the vehicle's place and in the next place."""
+        return [
+            view.held(state) / (view.held(state) + view.room(state))
+            for state in (request.here, request.wanted)
+        ]

@@ -12,6 +12,7 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.control.chain import ChainGate
 from loopgate.control.driving import Driving
 from loopgate.control.ledger import Ledger, Order
+from loopgate.control.lights import light
 from loopgate.control.places import Place, Vehicle
 from loopgate.control.pressure import Pressure as Pressing
 from loopgate.control.refusal import Refusal, Rule
@@ -146,10 +147,6 @@ class Negotiated:
         """Return how many more vehicles fit into a place."""
         return self._place(state).slots - len(self._place(state).bodies)
 
-    def outside(self, state: int) -> int:
-        """Return how many vehicles wait to depart into a place."""
-        return self._place(state).outside
-
     def _place(self, state: int) -> Place:
         return self._known[state] if state in self._known else self.places[self._names[state]]
 
@@ -207,16 +204,16 @@ class Deciding:
         self._negotiated: Negotiated | None = None
 
     def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
-        """Return an empty ledger with this gate and negotiation, and with rules about lights and traffic.
+        """Return an empty ledger with this gate and negotiation.
 
-        `outside`: those rules, which the ledger asks before the gate.
+        `outside`: the rules about spacing and ordinary traffic.
         """
         negotiation = self._negotiation
         order: Order
         pressing = None
         if type(negotiation) is Pressure:
-            crowded, patience_s, wait_s = negotiation.figures
-            pressure = Pressing(crowded if negotiation.given else inf, patience_s, wait_s)
+            crowded, patience_s = negotiation.figures
+            pressure = Pressing(crowded if negotiation.given else inf, patience_s)
             pressing = None if negotiation.given else pressure
             order = pressure.order
         else:
@@ -226,7 +223,7 @@ class Deciding:
         self._ledger = ledger = Ledger(
             rules, everybody=everybody, step_s=step_s, order=order, pressing=pressing
         )
-        ledger.keeping.outside = outside
+        ledger.keeping.outside = [light, *outside]
         if self._made is not None:
             self.go_by(*self._made)
         return ledger

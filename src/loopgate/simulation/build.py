@@ -14,7 +14,6 @@ from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
-from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import usual
@@ -140,7 +139,6 @@ def make_driving(
         roads = LaidRoads(assembly.network, traffic, lamps.__getitem__)
     spacing = spacing_of(scenario, assembly, traffic)
     outside: list[Rule] = [spacing.holds] if spacing else []
-    outside += [light] if signals else []
     outside += [among(roads.sight, roads.slack)] if roads else []
     deciding, air, by_messages = None, scenario.by_messages, None
     if air is not None:

@@ -316,6 +316,40 @@ def test_without_right_of_way_ways_out_of_one_lane_are_foes() -> None:
         assert ("w_0>n_0" not in layout.conflicts.foes.get("w_0>e_0", ())) is apart
 
 
+PARTS: Points = ((0.0, 0.0), (17.0, 1.2), (25.0, 5.0), (40.0, 14.0))
+TURNS_BACK: Points = ((0.0, 0.0), (8.0, 3.0), (16.0, 6.0), (24.0, 3.0), (32.0, -3.0), (40.0, -12.0))
+
+
+@pytest.mark.parametrize(
+    ("aside", "meets_m"), [(PARTS, None), (TURNS_BACK, 24.0)], ids=["parts", "turns back"]
+)
+def test_who_leaves_a_lane_follows_until_the_ways_part(aside: Points, meets_m: float | None) -> None:
+    """One way leads straight on over 40 m; the other parts late, or comes back across it."""
+    straight: Points = ((0.0, 0.0), (40.0, 0.0))
+    ways = []
+    for name, inside, far in (
+        ("straight", straight, 300.0),
+        ("aside", aside, 400.0 if meets_m is None else -400.0),
+    ):
+        (x, y), end = inside[-1], (inside[-1][0] + 100.0, inside[-1][1])
+        home = (end, (end[0] + 50.0, far), (-150.0, far), (-100.0, 0.0))
+        ways.append(
+            [
+                ("w", ((-100.0, 0.0), (0.0, 0.0))),
+                (f":{name}", inside),
+                (name, ((x, y), end)),
+                (f":home {name}", home),
+            ]
+        )
+    net = network(ways)
+    layout = lay_out_queues(net, users(net, ["w", "straight"], ["w", "aside"]))
+    foes = layout.conflicts.foes["w_0>straight_0"]
+    assert ("w_0>aside_0" in foes) is (meets_m is not None)
+    if meets_m is not None:
+        begin_m, _ = layout.conflicts.overlaps["w_0>straight_0"]["w_0>aside_0"]
+        assert begin_m == pytest.approx(meets_m, abs=4.0)
+
+
 def test_long_bodies_cut_corners() -> None:
     """A turn of 9 m radius: a car keeps off a lane 3.4 m inside of it, a bus does not."""
     turn: Points = tuple(

@@ -189,12 +189,15 @@ def test_a_way_is_crowded_where_slots_are_taken_by_vehicles_that_are_slow() -> N
     assert not is_crowded(limits, AT_LIGHTS)  # a queue at a red light
 
 
-def test_vehicles_that_wait_outside_count_as_a_queue() -> None:
-    a, b, goal = Place("a", 9), Place("b", 9), Place("goal", 1)
+def test_a_full_ring_goes_before_a_longer_queue() -> None:
+    """One of one slot against three of nine: shares count, so that a short ring empties before it fills."""
+    road, ring, goal = Place("road", 9), Place("ring", 1), Place("goal", 1)
     ledger = Ledger(usual())
-    one = ledger.take_in("one", path_of([a, goal], closed=True), 0)
-    other = ledger.take_in("other", path_of([b, goal], closed=True), 0)
-    b.outside = 1
+    entry = path_of([road, goal], closed=True)
+    one = ledger.take_in("one", entry, 0)
+    for name in ("two", "three"):
+        ledger.take_in(name, entry, 0)
+    other = ledger.take_in("other", path_of([ring, goal], closed=True), 0)
     ledger.ask(one)
     ledger.ask(other)
     assert ledger.answer() == [other]

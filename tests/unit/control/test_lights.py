@@ -12,6 +12,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.lights import Lights, light, passes_lights
 from loopgate.control.places import Make
 from loopgate.control.refusal import Refusal
+from loopgate.control.rules import usual
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
 
@@ -93,6 +94,23 @@ def test_green_or_no_light_lets_pass(letter: str) -> None:
     scene = Scene(("t", 0.1))
     scene.shows("t", letter, 30.0)
     assert not scene.keeps()
+
+
+@pytest.mark.parametrize(("letter", "kept"), [("r", False), ("G", True)])
+def test_nothing_is_kept_for_a_vehicle_at_red(letter: str, *, kept: bool) -> None:
+    """The next place is full for two minutes: at red nobody passes the vehicle over, at green some might."""
+    scene = Scene(("t", 0.1))
+    ledger, car, after = scene.ledger, scene.car, scene.car.leg.after
+    assert after is not None
+    ledger.rules[:] = usual()
+    for name in ("x", "y"):
+        ledger.take_in(name, [car.leg, after], 1, car.make, lap_m=400.0)
+    scene.shows("t", letter, 500.0)
+    ledger.ask(car)
+    for now_s in range(121):
+        ledger.answer(float(now_s))
+    assert car.reason == ("occupied" if kept else "red")
+    assert (after.place.kept_for is car) is kept
 
 
 def test_a_slow_driver_has_to_be_over_the_line_before_red() -> None:

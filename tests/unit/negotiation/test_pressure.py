@@ -1,4 +1,4 @@
-"""Pressure: longest queue first, and room kept where it is crowded, for a while."""
+"""Pressure: fullest place first, and room kept where it is crowded, for a while."""
 
 from random import Random
 
@@ -11,23 +11,19 @@ from loopgate.negotiation.registry import make_negotiation
 
 
 class Road:
-    """States that hold ten each."""
+    """States that hold ten each, unless said otherwise."""
 
-    def __init__(self, *held: int, outside: int = 0) -> None:
+    def __init__(self, *held: int, slots: tuple[int, ...] = ()) -> None:
         self._held = held
-        self._outside = outside
+        self._slots = slots or (10,) * len(held)
 
     def held(self, state: int) -> int:
         """As given."""
         return self._held[state]
 
     def room(self, state: int) -> int:
-        """Ten less those."""
-        return 10 - self._held[state]
-
-    def outside(self, state: int) -> int:
-        """So many wait to depart into the first, nobody into another."""
-        return 0 if state else self._outside
+        """Their slots less those."""
+        return self._slots[state] - self._held[state]
 
 
 def order(road: Road, *requests: Request, now_s: float = 0.0) -> list[int]:
@@ -35,18 +31,16 @@ def order(road: Road, *requests: Request, now_s: float = 0.0) -> list[int]:
     return [request.robot for request in made]
 
 
-def test_the_longest_queue_behind_the_emptiest_place_goes_first() -> None:
-    """5 - 1 before 3 - 1; 25 s of waiting count as five vehicles."""
+def test_the_fullest_place_before_the_emptiest_goes_first() -> None:
+    """0.5 - 0.1 before 0.3 - 0.1; a wait of 25 s counts as 0.4 of a place."""
     road = Road(3, 5, 1)
     assert order(road, Request(0, 0, 2, 0.0), Request(1, 1, 2, 0.0)) == [1, 0]
     assert order(road, Request(0, 0, 2, 0.0), Request(1, 1, 2, 25.0), now_s=25.0) == [0, 1]
 
 
-def test_who_waits_to_depart_is_part_of_the_queue() -> None:
-    """3 and 4 outside, less 1, before 5 - 1."""
-    asked = (Request(0, 0, 2, 0.0), Request(1, 1, 2, 0.0))
-    assert order(Road(3, 5, 1, outside=4), *asked) == [0, 1]
-    assert order(Road(3, 5, 1, outside=1), *asked) == [1, 0]
+def test_a_short_full_ring_goes_before_a_longer_queue() -> None:
+    """2 of 2 before 5 of 10."""
+    assert order(Road(5, 2, 1, slots=(10, 2, 10)), Request(0, 0, 2, 0.0), Request(1, 1, 2, 0.0)) == [1, 0]
 
 
 def test_nobody_drives_into_a_crowded_place_that_is_fuller_than_its_own() -> None:

@@ -23,11 +23,6 @@ class Empty:
         del state
         return 1
 
-    def outside(self, state: int) -> int:
-        """Nobody."""
-        del state
-        return 0
-
 
 REQUESTS = [Request(0, 0, 9, 30.0), Request(1, 1, 9, 10.0), Request(2, 2, 9, 10.0)]
 

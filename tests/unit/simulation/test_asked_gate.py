@@ -100,7 +100,7 @@ def test_what_a_gate_refuses_keeps_nothing_for_itself() -> None:
 
 def test_the_chain_rule_alone_is_asked_by_the_ledger_itself() -> None:
     system = ring(2, [0, 2])
-    orders = Pressure(Random(0), crowded=0.5, patience=7.0, wait=9.0)
+    orders = Pressure(Random(0), crowded=0.5, patience=7.0)
     for promise, serve_after_s in (("everyone", 60.0), ("somebody", inf)):
         deciding = Deciding(system, make_gate(f"certified:promise={promise}", system), orders, 60.0)
         ledger = deciding.ledger([], step_s=1.0)
@@ -112,15 +112,13 @@ class Last:
     """A negotiation that lets the last request go, and looks at what it is shown."""
 
     def __init__(self) -> None:
-        self.seen: list[tuple[list[int], int, int, int]] = []
+        self.seen: list[tuple[list[int], int, int]] = []
 
     def order(self, requests: Sequence[Request], view: View, now_s: float) -> Sequence[Request]:
         """Let one go."""
         del now_s
         wanted = requests[-1].wanted
-        self.seen.append(
-            ([r.robot for r in requests], view.held(wanted), view.room(wanted), view.outside(wanted))
-        )
+        self.seen.append(([r.robot for r in requests], view.held(wanted), view.room(wanted)))
         return requests[-1:]
 
 
@@ -135,9 +133,9 @@ def test_a_negotiation_orders_those_that_no_rule_refuses_and_those_left_out_ask_
     assert vehicles[1].reason == "stop"
     left = next(vehicle for vehicle in (vehicles[0], vehicles[2]) if vehicle not in gone)
     assert left.reason == "reserve"
-    robots, held, room, outside = orders.seen[0]
+    robots, held, room = orders.seen[0]
     assert sorted(robots) == [0, 2]
-    assert (held + room, outside) == (3, 0)
+    assert held + room == 3
     assert ledger.answer() == [left]
 
 

@@ -10,11 +10,9 @@ from loopgate.abstraction.itinerary import Itinerary, Track
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
-from loopgate.control.lights import light
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
 from loopgate.control.places import Vehicle
-from loopgate.control.refusal import Rule
 from loopgate.errors import GateError
 from loopgate.gates import Gate, Reason
 from loopgate.model import System
@@ -62,10 +60,8 @@ class Fleet:
         self._lamps = Lamps(traffic)
         self._signals = signals_in(network, self._lamps) if obeys else {}
         self._roads = roads = LaidRoads(network, traffic, self._lamps.__getitem__)
-        outside: list[Rule] = [light] if self._signals else []
-        outside += [among(roads.sight, roads.slack)]
         self._deciding = deciding = Deciding(None, None, negotiation, SERVE_AFTER_S)
-        ledger = deciding.ledger(outside, step_s=traffic.step_s)
+        ledger = deciding.ledger([among(roads.sight, roads.slack)], step_s=traffic.step_s)
         self._driving = Driving(
             traffic,
             PlaceLayout({}, [], self._signals, roads.add),

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from random import Random
 
+from loopgate.negotiation.formulas import pressure
 from loopgate.simulation.by_messages.motor import Motor
 from loopgate.vehicles.keeper import Way
 from loopgate.vehicles.post import Post
 
 __all__ = ["Turns"]
-
-_WAIT_S = 5.0
-"""A wait this long counts as much as one vehicle of pressure [s]."""
 
 
 class Turns:
@@ -54,9 +52,9 @@ class Turns:
         return any(one and not self._deaf() for one in near)
 
     def pressure(self, number: int, now_s: float) -> float:
-        """Return the pressure of a vehicle: vehicles behind minus vehicles ahead, plus its wait."""
-        here, ahead = (self._there(place) for place in self.way(number))
-        return here - ahead + (now_s - self._motor.since_s(number)) / _WAIT_S
+        """Return the pressure of a vehicle, by shares of slots and its wait."""
+        ahead, here = self.shares(number)
+        return pressure(here, ahead, now_s - self._motor.since_s(number))
 
     def shares(self, number: int) -> tuple[float, float]:
         """Return the shares of slots taken in the place that a vehicle wants, and in its own."""
