@@ -6,11 +6,11 @@ A thin shell around `Controller`. What goes over the wire is in ``wire.schema.js
 from __future__ import annotations
 
 import socket
-from typing import Any
+from dataclasses import astuple
 
 from loopgate.vehicles.controller import Answer, Controller
-from loopgate.vehicles.messages import Grant, Offer, Refuse, Room
-from loopgate.vehicles.wire import WireError, decode, pack, unpack, write_answer
+from loopgate.vehicles.messages import Room, ToVehicle
+from loopgate.vehicles.wire import Told, WireError, pack, read_told, unpack, write_answer
 
 __all__ = ["LARGEST", "serve"]
 
@@ -20,11 +20,11 @@ LARGEST = 65_507
 _HELLO_S, _IDLE_S = 0.5, 10.0
 
 
-def serve(host: str, port: int, number: int) -> None:
+def serve(host: str, port: int, number: int, key: bytes) -> None:
     """Run the controller of one vehicle until the simulation ends it.
 
-    Datagrams that do not fit the schema get no answer. The simulation then treats the vehicle as silent, and
-    the vehicle stops at its stop line.
+    Datagrams that are not sealed with the key, do not fit the schema, or belong to a turn that is over, get
+    no answer. The simulation then treats the vehicle as silent, and the vehicle stops at its stop line.
 
     Raises
     ------
@@ -33,55 +33,48 @@ def serve(host: str, port: int, number: int) -> None:
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
         wire.connect((host, port))  # datagrams of other senders are ignored
-        hello = pack({"vehicle": number, "hello": True})
+        hello = pack({"vehicle": number, "hello": True}, key)
         controller, turn, last = None, 0, hello
         wire.send(hello)
         while True:
             wire.settimeout(_HELLO_S if controller is None else _IDLE_S)
             try:
-                said = unpack(wire.recv(LARGEST))
-                if said.get("event") == "end":
-                    return
-                if controller is not None and said.get("turn") == turn:
-                    wire.send(last)  # the same again: the answer was lost
-                    continue
-                turn = int(said["turn"])
-                if said["event"] == "start":
-                    controller = _start(number, said)
-                    answer = controller.remind()
-                else:
-                    answer = _told(controller, said)
+                told = read_told(unpack(wire.recv(LARGEST), key))
             except TimeoutError:
                 wire.send(hello)  # whether the bridge is still there
                 continue
-            except (WireError, KeyError, TypeError, ValueError):
+            except WireError:
                 continue
-            last = pack(write_answer(number, turn, answer))
+            if told.event == "end":
+                return
+            if controller is not None and told.turn == turn:
+                wire.send(last)  # the same again: the answer was lost
+                continue
+            if told.turn <= turn:
+                continue
+            if told.start is not None:
+                controller = Controller.start(number, *astuple(told.start))
+                answer = controller.remind()
+            elif controller is None:
+                continue  # the bridge has not said where the vehicle is
+            else:
+                answer = _react(controller, told)
+            turn = told.turn
+            last = pack(write_answer(number, turn, answer), key)
             wire.send(last)
 
 
-def _start(number: int, said: dict[str, Any]) -> Controller:
-    """Return a controller with this knowledge."""
-    loop, rears = (tuple(map(int, said[name])) for name in ("loop", "rears"))
-    crowded = float(said["crowded"])
-    return Controller.start(number, loop, int(said["at"]), rears, int(said["clock"]), crowded)
-
-
-def _told(controller: Controller | None, said: dict[str, Any]) -> Answer:
-    """Return the answer to a datagram of the bridge."""
-    event = said["event"]
-    if controller is None:
-        msg = "the bridge has not said where the vehicle is"
-        raise WireError(msg)
-    if event == "line":
-        stamp = float(said["since_s"]), controller.vehicle.id
-        shares = float(said["ahead"]), float(said["here"])
-        return controller.at_line(stamp, float(said["now_s"]), shares, free=said["free"] is True)
-    if event == "hear":
-        message = decode(said["message"])
-        return controller.hear(message) if isinstance(message, Grant | Refuse | Offer | Room) else Answer()
-    if event == "crossing":
-        return controller.crossing(float(said["now_s"]), free=said["free"] is True)
-    if event == "rear":
+def _react(controller: Controller, told: Told) -> Answer:
+    """Return the answer to what the bridge tells."""
+    if told.event == "line":
+        since_s, now_s, ahead, here = told.figures
+        return controller.at_line((since_s, controller.vehicle.id), now_s, (ahead, here), free=told.free)
+    if told.event == "hear":
+        message = told.message
+        mine = isinstance(message, Room) or getattr(message, "vehicle", -1) == controller.vehicle.id
+        return controller.hear(message) if mine and isinstance(message, ToVehicle) else Answer()
+    if told.event == "crossing":
+        return controller.crossing(told.figures[0], free=told.free)
+    if told.event == "rear":
         return controller.rear_out()
-    return controller.remind() if event == "patience" else Answer()
+    return controller.remind()

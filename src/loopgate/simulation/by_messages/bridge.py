@@ -8,6 +8,8 @@ without memory.
 
 from __future__ import annotations
 
+import os
+import secrets
 import socket
 import subprocess
 import sys
@@ -22,7 +24,7 @@ from loopgate.vehicles.air import AirSettings
 from loopgate.vehicles.controller import Answer
 from loopgate.vehicles.messages import Stamp, ToVehicle
 from loopgate.vehicles.process import LARGEST
-from loopgate.vehicles.wire import WireError, encode, pack, read_answer, unpack
+from loopgate.vehicles.wire import KEY, WireError, encode, pack, read_answer, unpack
 
 __all__ = ["Bridge"]
 
@@ -41,12 +43,16 @@ class Bridge:
         Number of processes to kill, when to kill them, and when to start them again.
     seed
         Seed of the choice of these processes.
+    key
+        Seals all datagrams, so that no other program on the machine speaks for a vehicle; random by default.
     """
 
-    def __init__(self, settings: AirSettings, seed: int) -> None:
+    def __init__(self, settings: AirSettings, seed: int, key: bytes = b"") -> None:
         self._settings, self._rng = settings, Random(f"kill {seed}")
         self._wire = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._wire.bind(("127.0.0.1", 0))
+        self._key = key or secrets.token_bytes(32)
+        self._places = 0
         self._processes: dict[int, subprocess.Popen[bytes]] = {}
         self._at: dict[int, tuple[str, int]] = {}
         self._gone_s: dict[int, float] = {}
@@ -58,6 +64,7 @@ class Bridge:
     def begin(self, stands: Sequence[Stand], crowded: float) -> None:
         """Start a process for each vehicle."""
         self._crowded = crowded
+        self._places = 1 + max(place for loop, _, _ in stands for place in loop)
         self._start(range(len(stands)), lambda number: stands[number], 0)
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
@@ -110,7 +117,7 @@ class Bridge:
     def close(self) -> None:
         """End all processes."""
         for at in self._at.values():
-            self._wire.sendto(pack({"turn": 0, "event": "end"}), at)
+            self._wire.sendto(pack({"turn": 0, "event": "end"}, self._key), at)
         self._wire.close()
         for process in self._processes.values():
             try:
@@ -126,7 +133,8 @@ class Bridge:
         host, port = self._wire.getsockname()
         for number in numbers:
             command = (*_COMMAND, "--bridge", f"{host}:{port}", "--number", str(number))
-            started = subprocess.Popen(command, stdin=subprocess.DEVNULL)  # noqa: S603  our own command
+            known = os.environ | {KEY: self._key.hex()}  # the command line is for all to see
+            started = subprocess.Popen(command, stdin=subprocess.DEVNULL, env=known)  # noqa: S603  our own
             self._processes[number] = started
             self.started += 1
         missing, until = set(numbers), monotonic() + _STARTS_S
@@ -136,9 +144,10 @@ class Bridge:
                 msg = f"decide processes: the process of vehicle {min(missing)} did not start"
                 raise LoopgateError(msg)
             said, at = self._receive(_AGAIN_S)
-            if said.get("hello") is True and said.get("vehicle") in missing:
-                self._at[said["vehicle"]] = at
-                missing.remove(said["vehicle"])
+            who = said.get("vehicle")
+            if said.get("hello") is True and type(who) is int and who in missing:
+                self._at[who] = at
+                missing.remove(who)
         answers = []
         for number in numbers:
             self._gone_s.pop(number, None)
@@ -152,7 +161,7 @@ class Bridge:
         if number in self._gone_s:
             return Answer()
         self._turn += 1
-        data = pack({"turn": self._turn, **said})
+        data = pack({"turn": self._turn, **said}, self._key)
         until = monotonic() + _ANSWERS_S
         while monotonic() < until and self._processes[number].poll() is None:
             self._wire.sendto(data, self._at[number])
@@ -162,7 +171,7 @@ class Bridge:
                 heard, at = self._receive(_AGAIN_S)
                 if at == self._at[number] and heard.get("turn") == self._turn:
                     try:
-                        return read_answer(heard)
+                        return read_answer(heard, number, self._places)
                     except WireError:
                         break
         self._end(number)
@@ -173,7 +182,7 @@ class Bridge:
         self._wire.settimeout(wait_s)
         try:
             data, at = self._wire.recvfrom(LARGEST)
-            return unpack(data), at
+            return unpack(data, self._key), at
         except (TimeoutError, WireError):
             return {}, ("", 0)
 

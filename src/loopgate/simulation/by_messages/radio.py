@@ -22,7 +22,7 @@ from loopgate.vehicles.messages import (
     ToPost,
     ToVehicle,
 )
-from loopgate.vehicles.wire import encode, pack
+from loopgate.vehicles.wire import as_json, encode
 
 __all__ = ["Radio"]
 
@@ -143,7 +143,7 @@ class Radio(Generic[E]):
         """Count a message that is sent so many times, or that is the second half of a transmission."""
         kind = type(message).__name__
         self.sent[kind] += 0 if again else times
-        self.sent_bytes[kind] += times * len(pack(encode(message)))
+        self.sent_bytes[kind] += times * len(as_json(encode(message)))
 
     def report(self, moves: int) -> dict[str, Any]:
         """Return the figures of the messages."""
