@@ -163,7 +163,7 @@ class Keeping:
         for before in named_s:
             before.mover = False
         for vehicle in self._waiting:
-            if vehicle.reason == "stop" or vehicle.idles():
+            if vehicle.reason == "stop" or vehicle.idles() or vehicle.leg.place.line[0] is not vehicle:
                 continue
             if now_s - vehicle.since_s < self.serve_after_s:
                 break

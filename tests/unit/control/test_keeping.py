@@ -90,6 +90,18 @@ def test_the_mover_of_a_long_chain_has_the_slot_that_all_wait_for() -> None:
     assert standing.name in ledger.vehicles
 
 
+def test_a_request_from_behind_another_vehicle_keeps_nothing_from_that_vehicle() -> None:
+    """It asked first, but it goes when it heads its line: until then the head goes where it wants."""
+    a, b, c = Place("a", 3), Place("b", 2), Place("c", 1)
+    ledger = Ledger(usual())
+    head = ledger.take_in("head", path_of([a, c], closed=True), 0)
+    behind = ledger.take_in("behind", path_of([a, b], closed=True), 0)
+    ledger.ask(behind)
+    ledger.answer(70.0)
+    ledger.ask(head)
+    assert ledger.answer(71.0) == [head, behind]
+
+
 def test_who_is_refused_by_the_chain_rule_keeps_nothing() -> None:
     ledger, _, old, new = two_before_one_slot()
     ledger.ask(old)
