@@ -10,10 +10,12 @@ from typing import Any
 import pandas as pd
 import pytest
 
-from loopgate import Scenario
+from loopgate import Scenario, read_results
+from loopgate.analysis.rows import read_run_row
 from loopgate.cli.run import exit_code
 from loopgate.replay.scene import load_scene
 from loopgate.replay.tracks import PER_M
+from loopgate.report.page import write_report
 from loopgate.results.columns import Event
 from loopgate.results.figures import summary_rows
 from loopgate.results.recorder import read_events
@@ -28,6 +30,7 @@ ROUTES = str(ROOT / "routes/grid5.rou.xml")
 
 def ran(folder: Path, incidents: str = "", *, positions: bool = False, **more: Any) -> dict[str, Any]:  # noqa: ANN401  fields of a scenario
     """Run 120 vehicles on the grid for fifteen minutes, with these incidents."""
+    folder.mkdir(exist_ok=True)
     file = folder / "incidents.toml"
     file.write_text(incidents, encoding="utf-8")
     named: dict[str, Any] = {"incidents": str(file)} if incidents else {}
@@ -138,6 +141,20 @@ def test_the_replay_draws_vehicles_where_they_are_after_a_detour(tmp_path: Path)
         there = ends.loc[tracks.vehicles[vehicle]]
         assert tracks.x[rows][-1] / PER_M == pytest.approx(there["x_m"], abs=0.2)
         assert tracks.y[rows][-1] / PER_M == pytest.approx(there["y_m"], abs=0.2)
+
+
+def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
+    """In the paragraph for a paper, in the table of runs, on the map, and in what must not happen."""
+    for seed in (1, 2):
+        ran(tmp_path, f"{BROKEN}{CLOSED}", duration_s=500.0, seed=seed)
+        (tmp_path / "runs").mkdir(exist_ok=True)
+        (tmp_path / "run").rename(tmp_path / "runs" / f"{seed}")
+    for folder, runs in ((tmp_path / "runs" / "1", 1), (tmp_path / "runs", 2)):
+        page = write_report(read_results(folder), tmp_path / f"report{runs}.html").page.read_text("utf-8")
+        assert "Incidents in a run: closures 2, breakdowns 1, vehicles led round them" in page
+        assert f"{3 * runs} planned incidents" in page
+        assert "Black and dashed: closed or blocked for a time." in page
+    assert read_run_row(tmp_path / "runs" / "1").row["closures"] == 2
 
 
 def test_a_round_on_a_detour_is_a_lap(tmp_path: Path) -> None:

@@ -114,6 +114,8 @@ def run_row(
     row |= {name: watch.get(name) for name in _OF_WATCH}
     if isinstance(sinks := summary.get("starving"), list):
         row[c.STARVING] = len({vehicle for sink in sinks for vehicle in sink["vehicles"]})
+    standing = _part(summary, "standing")
+    row |= {name: standing.get(name) for name in (c.CLOSURES, c.BREAKDOWNS, c.LED_ROUND)}
     row[c.ON_RED] = _part(summary, "at_lights").get(c.ON_RED)
     row |= _time(scenario, summary) | _refusals(summary.get(c.REFUSALS))
     row[c.KM_PER_H_MEASURED] = row[c.KM_PER_H]

@@ -1,5 +1,6 @@
 """Tables of blocked places and of the vehicles that starved behind them."""
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,6 +10,9 @@ from loopgate.analysis.frames import table
 from loopgate.results import columns as c
 
 _BLOCKED = {c.PLACE: "place", c.CAUSE: "why", c.VEHICLE: "vehicle", c.FROM: "from_s", c.UNTIL: "to_s"}
+
+_EDGE_OF_PLACE = re.compile(r"(.+)_\d+(?:\D.*)?$")
+"""A place is named after its lane, ``EDGE_NUMBER``, with a suffix where a lane has several places."""
 
 _SINK = {c.WAITS_FOR: "behind", c.LANE: "lane", c.CAUSE: "why", c.FROM: "noticed_s", c.UNTIL: "until_s"}
 
@@ -40,6 +44,12 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
         for one in every
     )
     return table(rows, [*_BLOCKED, c.UNWATCHED])
+
+
+def edge_of(place: str) -> str:
+    """Return the edge of a place, which is named after its lane; empty if it is named otherwise."""
+    found = _EDGE_OF_PLACE.match(place)
+    return found[1] if found else ""
 
 
 def compute_starving(*, summary: Mapping[str, Any]) -> pd.DataFrame:

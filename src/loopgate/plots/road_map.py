@@ -1,5 +1,7 @@
 """The road network, each edge as broad and strong as its figure is great."""
 
+from collections.abc import Collection
+
 import altair as alt
 import numpy as np
 import pandas as pd
@@ -15,12 +17,21 @@ _WIDTH = 230
 _MANY = 150
 """So many edges are drawn half as broad."""
 _BARE = "#0072B2"
+_BLOCKED = "#1A1A1A"
 
 
-def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str = c.GATE) -> Chart:
+def plot_edges(
+    edges: pd.DataFrame,
+    value: str,
+    *,
+    label: str = "",
+    series: str = c.GATE,
+    blocked: Collection[str] = (),
+) -> Chart:
     """Draw a map of the road network for each series; edges with greater figures are drawn wider.
 
-    An edge without a value is thin, dashed and blue.
+    An edge without a value is thin, dashed and blue. An edge that was closed or blocked for a time is black
+    and dashed.
 
     Parameters
     ----------
@@ -30,6 +41,8 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
         The column to draw, and the label of the scale.
     series
         The column with the name of the series. At most four series are drawn, on one scale.
+    blocked
+        The edges that were closed or blocked for a time.
 
     Examples
     --------
@@ -59,6 +72,7 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             "street": str(row.get(c.STREET) or ""),
             "edge": str(row.get(c.EDGE, number)),
             "value": None if pd.isna(row[value]) else round(float(row[value]), 2),
+            "blocked": row.get(c.EDGE) in blocked,
         }
         for number, row in enumerate(drawn.to_dict("records"))
     ]
@@ -100,6 +114,9 @@ def plot_edges(edges: pd.DataFrame, value: str, *, label: str = "", series: str 
             chart.transform_filter("isValid(datum.value)"),
             bare.transform_filter("!isValid(datum.value)").project(**flat).encode(tooltip=named),
         )
+    if any(row["blocked"] for row in rows):
+        shut = alt.Chart().mark_geoshape(filled=False, stroke=_BLOCKED, strokeWidth=2.0, strokeDash=[4, 3])
+        chart = alt.layer(chart, shut.transform_filter("datum.blocked").project(**flat).encode(tooltip=named))
     panel = chart.properties(width=_WIDTH, height=int(_WIDTH * max(high / wide, 0.2)))
     return finish(  # type: ignore[no-any-return]
         panel.facet(

@@ -6,7 +6,6 @@ each place then follow from the distances that they have driven.
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 import shapely
 
+from loopgate.analysis.standing import edge_of
 from loopgate.arrays import Floats, Ints
 from loopgate.audit.layout import Layout, LoopWay, read_layout
 from loopgate.errors import LoopgateError, ResultsError
@@ -448,8 +448,6 @@ _SHOWN = (
 _LENGTH_M, _WIDTH_M = 5.0, 1.8
 """Length and width of a car in SUMO [m], for vehicles whose size is not known."""
 _MARGIN_M = 150.0
-_EDGE_OF_PLACE = re.compile(r"(.+)_\d+(?:\D.*)?$")
-"""A place is named after its lane, ``EDGE_NUMBER``, with a suffix where a lane has several places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -540,8 +538,7 @@ class Scene:
 
     def _shown(self, place: str) -> str:
         """Return a place as the page names it: with the name of its street, if the street has a name."""
-        edge = _EDGE_OF_PLACE.match(place)
-        street = self.names.get(edge[1], "") if edge else ""
+        street = self.names.get(edge_of(place), "")
         return f"{street} ({place})" if street else place
 
     def _place(self, loop: str) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,10 +39,13 @@ from loopgate.analysis import (
     compute_time_to_deadlock,
     compute_trips,
 )
+from loopgate.analysis.standing import edge_of
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
+from loopgate.errors import ResultsError
 from loopgate.plots.charts import Chart
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
 from loopgate.plots.style import MAX_SERIES, series_order
+from loopgate.reading import read_object
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES, TRUNCATED
 from loopgate.runs.results import Results
@@ -297,6 +300,7 @@ _MOST_FLOWS = 24
 _RANKED = 10
 _SINGLE = [*_BY, c.SEED, c.TRUNCATED, c.MEASURED, c.KM_PER_H, c.KM_PER_H_MEASURED, c.LAPS_PER_H]
 _SINGLE += [c.MEAN_SPEED, c.STOOD, c.STOOD_SHARE, c.MEAN_REVISIT, c.IDLENESS]
+_SINGLE += [c.CLOSURES, c.BREAKDOWNS, c.LED_ROUND]
 _SINGLE += [
     c.ARRIVED,
     c.UNFINISHED,
@@ -389,7 +393,7 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
     _laps_and_decisions(content)
     if len(runs) > 1:
         _longest_waits(content, runs)
-    _roads(content, runs)
+    _roads(content, runs, _blocked_edges(results))
     folders = list(results.run_folders.values())
     if len(runs) == 1 and len(folders) == 1 and (folders[0] / "vehicles.parquet").is_file():
         load += add_single_run(content, folders[0])
@@ -518,7 +522,14 @@ def _laps_and_decisions(content: Content) -> None:
         content.figure("decision-time", "Decision time", caption, chart, "decisions")
 
 
-def _roads(content: Content, runs: pd.DataFrame) -> None:
+def _blocked_edges(results: Results) -> set[str]:
+    """Return the edges that were closed or blocked for a time in runs of which there are folders."""
+    folders = list(results.run_folders.values())[:_MOST_FLOWS]
+    summaries = [read_object(folder / "summary.json", "summary of a run", ResultsError) for folder in folders]
+    return {edge_of(place) for summary in summaries for place in compute_blocked(summary=summary)[c.PLACE]}
+
+
+def _roads(content: Content, runs: pd.DataFrame, blocked: Collection[str]) -> None:
     """Add maps and ranks of edges and junctions, at the vehicle count that the series share."""
     count = common_count(runs)
     of = {"runs": "runs", "edge_sets": "results.edge_sets"}
@@ -548,7 +559,8 @@ def _roads(content: Content, runs: pd.DataFrame) -> None:
     ):
         if column in edges and edges[column].gt(0).any():
             caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
-            chart = plots.plot_edges(edges, column, label=label, series=c.SERIES)
+            caption += " Black and dashed: closed or blocked for a time." if blocked else ""
+            chart = plots.plot_edges(edges, column, label=label, series=c.SERIES, blocked=blocked)
             content.figure(name, title, caption, chart, "edges")
 
 

@@ -263,5 +263,7 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
         starving = int(group[c.STARVING].sum()) if c.STARVING in group else 0
         starved = f", {counted(starving, 'vehicle')} starved" if starving else ""
-        parts.append(f"{_said(str(series))} {mishaps}{starved}{audit}")
+        stood = sum(int(group[name].fillna(0).sum()) for name in (c.CLOSURES, c.BREAKDOWNS) if name in group)
+        incidents = f", with {counted(stood, 'planned incident')}" if stood else ""
+        parts.append(f"{_said(str(series))} {mishaps}{starved}{audit}{incidents}")
     return [f"What must not happen: {'; '.join(parts)}."]

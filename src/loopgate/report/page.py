@@ -289,10 +289,25 @@ def methods(section: Section, failed: int) -> str:
         f"{of_runs} and {with_seeds} measured {time}{' each' if len(runs) > 1 else ''}.",
         f"{failed} runs failed and are left out." if failed else "",
         f"Rules: {'; '.join(_rules(runs))}.",
+        _incidents(runs),
         "Runs of equal seeds have equal loops and starts." if len(runs) > 1 else "",
         _DEFINED if section.watch is None else _OF_WATCH,
     ]
     return " ".join(filter(None, parts))
+
+
+def _incidents(runs: pd.DataFrame) -> str:
+    """Return the sentence about streets that were closed and vehicles that broke down; empty without any."""
+    nouns = {c.CLOSURES: "closures", c.BREAKDOWNS: "breakdowns", c.LED_ROUND: "vehicles led round them"}
+    counts = {name: runs[name].fillna(0) for name in nouns if name in runs}
+    said = [f"{nouns[name]} {_many(some)}" for name, some in counts.items() if some.gt(0).any()]
+    return f"Incidents in a run: {', '.join(said)}." if said else ""
+
+
+def _many(values: pd.Series) -> str:
+    """Return the least and the greatest of some counts."""
+    least, most = int(values.min()), int(values.max())
+    return f"{least}" if least == most else f"{least} to {most}"
 
 
 def _rules(runs: pd.DataFrame) -> list[str]:

@@ -233,6 +233,9 @@ MEAN_TRIP: Final = _number(
 )  # from departure to arrival, mean over those who arrived; else missing
 OUTCOME: Final = _text("outcome")  # done, deadlock or starving
 STARVING: Final = _whole("starving_vehicles")  # vehicles that starved; missing under no gate
+CLOSURES: Final = _whole("closures")  # streets and lanes that were closed during the run
+BREAKDOWNS: Final = _whole("breakdowns")  # vehicles that broke down
+LED_ROUND: Final = _whole("led_round")  # vehicles that were led round what was closed or blocked
 DEADLOCKS: Final = _whole("deadlocks")  # how many
 FIRST_DEADLOCK: Final = _number(
     "first_deadlock_s"

@@ -352,8 +352,11 @@ class Containment:
         """Return the figures for ``summary.json``."""
         led = [len(turns) for turns in self.turns.values() if turns]
         every = [*self.past, *self.blocked.values()]
+        begun, now = self._standing.incidents, self._traffic.now_s
         return {
             "standing": {
+                "closures": sum(one.from_s < now for one in begun.closures),
+                "breakdowns": sum(one.from_s < now for one in begun.breakdowns),
                 "blocked": [one.figures() for one in sorted(every, key=lambda one: (one.from_s, one.place))],
                 "led_round": len(led),
                 "turns": sum(led),
