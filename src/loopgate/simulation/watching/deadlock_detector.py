@@ -140,7 +140,7 @@ class DeadlockDetector:
         self._at_m = self._since_s = np.zeros(0)
         """For each vehicle, its odometer at the last check [m], and the last check at which it moved [s]."""
         self._checked_s = traffic.now_s
-        self._refused_at: dict[str, float] = {}
+        self._kept_at: dict[str, float] = {}
         self._known: set[str] = set()
 
     def check(self) -> Deadlock | None:
@@ -162,7 +162,7 @@ class DeadlockDetector:
         new = new or (stuck if self.again else new)
         if not new:
             return None
-        let_go_s = {vehicle: at_s for vehicle, at_s in self._refused_at.items() if at_s < now}
+        let_go_s = {vehicle: at_s for vehicle, at_s in self._kept_at.items() if at_s < now}
         stopped_s = {v: float(max(still[v], let_go_s.get(v, still[v]))) for v in new}
         closed_s, core = _first_closed({v: waits[v] for v in new}, stopped_s)
         circle = circular_wait(waits, core)
@@ -201,15 +201,17 @@ class DeadlockDetector:
         return "ordinary" if deadlocked({v: waits[v] for v in stuck if v not in own}) else "both"
 
     def _waits_long(self, vehicle: str, now: float) -> bool:
-        """Return whether a standing vehicle is refused, or has had time to move since its grant."""
-        if vehicle in self._halted:
+        """Return whether a standing vehicle is refused, or has had time to move since something kept it.
+
+        That is a refusal, a stop of its own, or a breakdown.
+        """
+        if vehicle in self._halted or self._traffic.at_own_stop(vehicle):
+            self._kept_at[vehicle] = now
             return False  # it waits for no vehicle
-        if self._at_gate is None:
+        if self._at_gate is not None and self._at_gate(vehicle) is not None:
+            self._kept_at[vehicle] = now
             return True
-        if self._at_gate(vehicle) is not None:
-            self._refused_at[vehicle] = now
-            return True
-        return now - self._refused_at.get(vehicle, -self._after_s) >= self._after_s
+        return now - self._kept_at.get(vehicle, -self._after_s) >= self._after_s
 
     @property
     def held_up(self) -> frozenset[str]:
@@ -227,8 +229,6 @@ class DeadlockDetector:
             sets, places[vehicle] = refused()
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
-        if self._traffic.at_own_stop(vehicle):
-            return []
         return self._on_road.of(vehicle, stood_s)
 
 

@@ -98,12 +98,12 @@ def test_a_circle_on_the_road_is_named_once() -> None:
 
 
 def test_who_is_at_a_stop_of_its_own_goes_on() -> None:
-    """And so do those behind it; when it still stands after its stop, the two are in a deadlock."""
+    """And so do those behind it; when it still stands a minute after its stop, the two are in a deadlock."""
     traffic = Standing({"a": ["b"], "b": ["a"]})
     traffic.pausing = {"b"}
     watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
     found = named(watch, traffic, at_s=500.0, change=traffic.pausing.clear, until_s=900.0)
-    assert [deadlock.noticed_at_s for deadlock in found] == [500.0]
+    assert [deadlock.noticed_at_s for deadlock in found] == [550.0]
 
 
 def test_who_creeps_stands() -> None:
@@ -129,8 +129,7 @@ def test_whoever_has_broken_down_waits_for_nobody() -> None:
 
 def test_the_circle_that_closed_first_is_named_with_its_time() -> None:
     """A and b come first by name, but c and d stood 20 s before them; both are seen at the same check."""
-    traffic = Standing({"a": ["b"], "b": ["a"], "c": ["d"], "d": ["c"]})
-    traffic.pausing = {"b", "d"}
+    traffic = Standing({"a": ["b"], "b": [], "c": ["d"], "d": []})
     watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
     found = []
     while traffic.now_s < LONG_S:
@@ -138,7 +137,7 @@ def test_the_circle_that_closed_first_is_named_with_its_time() -> None:
         for name in "abcd" if traffic.now_s <= 100.0 else "ab" if traffic.now_s <= 120.0 else "":
             traffic.at_m[name] += 100.0
         if traffic.now_s == 200.0:
-            traffic.pausing.clear()
+            traffic.waits |= {"b": ["a"], "d": ["c"]}
         found += [deadlock] if (deadlock := watch.check()) else []
     assert [(one.closed_at_s, one.vehicles, one.held_up) for one in found] == [(100.0, ("c", "d"), 4)]
 
