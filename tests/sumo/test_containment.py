@@ -149,10 +149,10 @@ def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
         ran(tmp_path, f"{BROKEN}{CLOSED}", duration_s=500.0, seed=seed)
         (tmp_path / "runs").mkdir(exist_ok=True)
         (tmp_path / "run").rename(tmp_path / "runs" / f"{seed}")
-    for folder, runs in ((tmp_path / "runs" / "1", 1), (tmp_path / "runs", 2)):
-        page = write_report(read_results(folder), tmp_path / f"report{runs}.html").page.read_text("utf-8")
+    for folder in (tmp_path / "runs" / "1", tmp_path / "runs"):
+        page = write_report(read_results(folder), tmp_path / f"{folder.name}.html").page.read_text("utf-8")
         assert "Incidents in a run: closures 2, breakdowns 1, vehicles led round them" in page
-        assert f"{3 * runs} planned incidents" in page
+        assert "3 planned incidents" in page  # of each series
         assert "Black and dashed: closed or blocked for a time." in page
     assert read_run_row(tmp_path / "runs" / "1").row["closures"] == 2
 
