@@ -456,3 +456,19 @@ def test_a_calibrator_that_takes_trips_away_is_named(tmp_path: Path) -> None:
     assert summary["audit"] == "clean"
     assert any(f"({len(taken)} vehicles in all)" in line for line in summary["warnings"])
     assert summary["arrived"] == 50 - len(taken)
+
+
+def test_names_and_colours_as_sumo_takes_them(tmp_path: Path) -> None:
+    """A configuration with an older ending, in a folder with a blank; a colour of three numbers."""
+    folder = tmp_path / "my town"
+    folder.mkdir()
+    (folder / "t.rou.xml").write_text(
+        '<routes><trip id="t" depart="0" from="A0A1" to="C1C2" color="0, 0,1"/></routes>'
+    )
+    config = folder / "t.sumo.cfg"
+    config.write_text(
+        f'<sumoConfiguration><net-file value="{Path(GRID).resolve()}"/><route-files value="t.rou.xml"/>'
+        '<end value="200"/></sumoConfiguration>'
+    )
+    summary = simulate(Scenario(network=str(config)), tmp_path / "my out")
+    assert (summary["arrived"], summary["audit"]) == (1, "clean")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import os
 import re
 from collections.abc import Callable
 from functools import partial
@@ -97,6 +98,15 @@ def test_names_that_no_file_has(name: str) -> None:
         refusal(partial(read, name))
 
 
+@pytest.mark.skipif(os.sep != "/", reason="there, such a path is right")
+def test_a_path_of_windows(tmp_path: Path) -> None:
+    """The message says what to write, also for a path in a configuration."""
+    assert refusal(lambda: RoadNetwork.open(r"nets\a.net.xml")).endswith("write nets/a.net.xml")
+    file = tmp_path / "x.sumocfg"
+    file.write_text(r'<configuration><net-file value="nets\a.net.xml"/></configuration>')
+    assert refusal(lambda: RoadNetwork.open(file)).endswith(f"write {tmp_path}/nets/a.net.xml")
+
+
 @pytest.mark.parametrize(
     ("attribute", "value", "says"),
     [
@@ -111,7 +121,7 @@ def test_names_that_no_file_has(name: str) -> None:
         ("sigma", "1.5", "sigma is '1.5'; expected a share, from 0 and up to 1"),
         ("speedFactor", "normc(1,nan,0.2,2)", "speedFactor is 'normc(1,nan,0.2,2)'"),
         ("speedFactor", "norm(0,0.1)", "speedFactor"),
-        ("lcStrategic", "nan", "lcStrategic is 'nan'; expected a finite number"),
+        ("lcStrategic", "nan", "lcStrategic is 'nan'; expected a number"),
     ],
 )
 def test_vehicle_types(tmp_path: Path, attribute: str, value: str, says: str) -> None:
@@ -119,18 +129,29 @@ def test_vehicle_types(tmp_path: Path, attribute: str, value: str, says: str) ->
     file = tmp_path / "r.rou.xml"
     file.write_text(
         f'<routes><vType id="t" {attribute}="{value}"/><route id="r" edges="a b"/>'
-        '<vehicle id="v" route="r" depart="0"/></routes>'
+        '<vehicle id="v" route="r" type="t" depart="0"/></routes>'
     )
     for text in (refusal(lambda: read_loops(NET, file)), refusal(lambda: read_traffic(file))):
         assert text.startswith(f"{file}: vType t: ")
         assert says in text
+    file.write_text(file.read_text().replace(' type="t"', ""))
+    assert says in read_loops(NET, file).left_out[0]
+    assert read_traffic(file).ids == {"v"}
 
 
 @pytest.mark.parametrize(
-    "value", ['speedFactor="normc(1,0.1,0.2,2)"', 'lcStrategic="-1"', 'startupDelay="0:00:01"', 'sigma="0"']
+    "value",
+    [
+        'speedFactor="normc(1,0.1,0.2,2)"',
+        'lcStrategic="-1"',
+        'startupDelay="0:00:01"',
+        'sigma="0"',
+        'lcOpposite="inf"',
+        'maxSpeed="inf"',
+    ],
 )
 def test_vehicle_types_that_sumo_takes(tmp_path: Path, value: str) -> None:
-    """Distributions, settings below 0 and clock times are in order."""
+    """Distributions, settings below 0 or without a bound, and clock times are in order."""
     file = tmp_path / "r.rou.xml"
     file.write_text(f'<routes><vType id="t" {value}/><route id="r" edges="a b"/></routes>')
     assert "t" in read_loops(NET, file).types

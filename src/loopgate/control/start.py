@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from loopgate.abstraction.itinerary import Track, rounds_from
@@ -9,6 +10,9 @@ from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.traffic.base import Insertion
 
 _ROUNDING_M = 1e-6
+
+_NO_NAME = re.compile(r"[^\w.#]")
+"""What no name in SUMO may hold, and a colour may: commas and blanks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +77,13 @@ class VehicleStart:
     @property
     def kind(self) -> str:
         """The name of the vehicle's type in SUMO."""
-        colour = "" if self.depart_s is None else self.demand.attributes.get("color", "")
         loop = self.loop.id if self.loop.closed else ""
-        return f"{self.type.id}@{loop}" + (f"@{colour}" if colour else "")
+        return f"{self.type.id}@{loop}" + (f"@{_NO_NAME.sub('_', self.colour)}" if self.colour else "")
+
+    @property
+    def colour(self) -> str:
+        """The colour that the vehicle's type has in SUMO, as the file says it; empty for the type's own."""
+        return "" if self.depart_s is None else self.demand.attributes.get("color", "")
 
     @property
     def route(self) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -305,8 +305,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     fleet = [(source, one) for source, one in fleet if id(one) not in gone]
     found = _Found(network, places, once)
     found.collect_types([*more, *own])
+    own_kinds = [kind.get("id", "") for _, top in own for kind in top.iter("vType")]
+    found.refuse_types([one.get("type", DEFAULT_TYPE.id) for _, one in fleet] or own_kinds[:1])
     if once:
-        kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id")]
+        kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id") in found.types]
         classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
         found.led = lead_trips(network, fleet, kinds, beside, classes=classes)
     lost = {name for name, ways in found.led.items() if not any(ways.values())}
@@ -331,7 +333,6 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     loops = found.make_loops()
     vehicles, at_routes = found.on_loops({loop.id: loop for loop in loops}, path)
     ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
-    own_kinds = (kind.get("id", "") for _, top in own for kind in top.iter("vType"))
     used = {stop.name for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some}
     return RoutesFile(
         path,
@@ -343,7 +344,11 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
         vehicle_files=vehicle_files,
         ungated=ungated,
-        left_out=(*wayless(path, found.led), *left_out(tops, fleet=True, once=once)),
+        left_out=(
+            *wayless(path, found.led),
+            *(f"{why}; no vehicle uses it" for why in found.unfit.values()),
+            *left_out(tops, fleet=True, once=once),
+        ),
         left_out_of_routes=left_out(tops, fleet=False),
     )
 
@@ -385,6 +390,8 @@ class _Found:
     routes: dict[str, _Route] = field(default_factory=dict)
     """The routes, by name."""
     types: dict[str, VehicleType] = field(default_factory=dict)
+    unfit: dict[str, str] = field(default_factory=dict)
+    """Why a type, or a distribution of types, makes no sense, by name: only its vehicles are refused."""
     drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
     """`drawn_routes` and `drawn_types`: the parts of each distribution with their shares, by name."""
@@ -396,21 +403,40 @@ class _Found:
         shares: dict[str, float] = {}
         for source, top in tops:
             for element in (one for one in top.iter("vType") if one.get("id")):
-                kind = vehicle_type(element, str(source))
-                self.types[kind.id] = kind
-                shares[kind.id] = share_of(element, f"{source}: vType {kind.id}")
+                name = element.get("id", "")
+                try:
+                    self.types[name] = vehicle_type(element, str(source))
+                    shares[name] = share_of(element, f"{source}: vType {name}")
+                except RouteError as error:
+                    self.unfit[name] = str(error)
         for source, top in tops:
             for spread in top.findall("vTypeDistribution"):
                 name = spread.get("id", "")
-                what = f"{source}: vTypeDistribution {name}"
-                drawn: list[tuple[VehicleType, float]] = []
-                for part in parts(spread, what, named="vTypes", tag="vType"):
-                    share = shares.get(part.name, 1.0) if part.share is None else part.share
-                    some = self._kinds(what, part.name)
-                    whole = sum(each for _, each in some)
-                    drawn += [(kind, share * each / whole) for kind, each in some]
-                refuse_nothing([share for _, share in drawn], what)
-                self.drawn_types[name] = tuple(drawn)
+                try:
+                    self.drawn_types[name] = self._spread(
+                        spread, f"{source}: vTypeDistribution {name}", shares
+                    )
+                except RouteError as error:
+                    self.unfit[name] = str(error)
+
+    def _spread(
+        self, spread: ET.Element, what: str, shares: Mapping[str, float]
+    ) -> tuple[tuple[VehicleType, float], ...]:
+        """Return the types of a distribution, with their shares."""
+        drawn: list[tuple[VehicleType, float]] = []
+        for part in parts(spread, what, named="vTypes", tag="vType"):
+            share = shares.get(part.name, 1.0) if part.share is None else part.share
+            some = self._kinds(what, part.name)
+            whole = sum(each for _, each in some)
+            drawn += [(kind, share * each / whole) for kind, each in some]
+        refuse_nothing([share for _, share in drawn], what)
+        return tuple(drawn)
+
+    def refuse_types(self, used: Iterable[str]) -> None:
+        """Raise `RouteError` if a type that a vehicle uses makes no sense."""
+        wrong = dict.fromkeys(self.unfit[name] for name in used if name in self.unfit)
+        if wrong:
+            raise RouteError("; ".join(wrong))
 
     def collect_routes(self, source: Path, top: ET.Element) -> None:
         """Collect the routes that are not inside a vehicle."""
@@ -518,6 +544,7 @@ class _Found:
 
         If a file defines a type with the name of SUMO's default type, that type is used.
         """
+        self.refuse_types([name])
         if name in self.drawn_types:
             return self.drawn_types[name]
         if name in self.types or name == DEFAULT_TYPE.id:

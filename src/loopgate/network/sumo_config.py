@@ -37,8 +37,12 @@ class SumoConfig:
 
 
 def is_sumo_config(name: str | Path) -> bool:
-    """Return whether a file name is that of a SUMO configuration."""
-    return Path(name).name.endswith((".sumocfg", ".sumocfg.xml"))
+    """Return whether a file name is that of a SUMO configuration.
+
+    >>> [is_sumo_config(name) for name in ("a.sumocfg", "a.sumo.cfg", "a.net.xml")]
+    [True, True, False]
+    """
+    return Path(name).name.endswith((".sumocfg", ".sumo.cfg", ".sumocfg.xml", ".sumo.cfg.xml"))
 
 
 def read_sumo_config(file: Path | str) -> SumoConfig:

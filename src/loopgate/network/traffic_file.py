@@ -12,7 +12,7 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.vehicle_demand import Flow, read_flow
-from loopgate.network.vehicle_type import vehicle_type
+from loopgate.network.vehicle_type import DEFAULT_TYPE, vehicle_type
 from loopgate.network.xml_file import check_included, open_xml, read_xml
 
 _VEHICLES = ("vehicle", "trip", "flow")
@@ -80,8 +80,12 @@ def read_traffic(file: Path | str) -> TrafficFile:
     persons = False
     for source in routes:
         top = read_xml(source, root="routes", what="route file", error=RouteError)
+        spreads = [one.get("vTypes", "").split() for one in top.iter("vTypeDistribution")]
+        used = {DEFAULT_TYPE.id, *(one.get("type") for one in top.iter()), *(n for s in spreads for n in s)}
+        inner = {id(one) for spread in top.iter("vTypeDistribution") for one in spread}
         for element in top.iter("vType"):
-            vehicle_type(element, str(source))
+            if element.get("id") in used or id(element) in inner:
+                vehicle_type(element, str(source))
         ids.update(element.get("id", "") for tag in _VEHICLES for element in top.iter(tag))
         persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
         departing = (one for tag in (*_VEHICLES, *_PERSONS) for one in top.iter(tag))

@@ -128,7 +128,9 @@ def lead_trips(
     if not asked:
         return {}
     top = ET.Element("routes")
-    top.extend(types)
+    driven = {element.get("type", "") for _, element in asked}
+    driven |= {kind for name in driven for kind in classes.get(name, {}).values()}
+    top.extend(kind for kind in types if kind.get("id") in driven)
     vclasses = {kind.get("id", ""): kind.get("vClass", _CAR) for kind in types}
 
     def kinds(element: ET.Element) -> Mapping[str, str]:

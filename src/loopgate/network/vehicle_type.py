@@ -69,8 +69,11 @@ _FIGURES: dict[str, tuple[float, float, str]] = {
 """Least and greatest value of an attribute, and its meaning. SUMO accepts some other values, such as a length
 that is no number, without an error."""
 
+_TOPS = frozenset({"maxSpeed", "desiredMaxSpeed", "maxSpeedLat", "emergencyDecel"})
+"""Attributes that only bound something, so that SUMO takes an infinite value for no bound."""
+
 _SETTINGS = ("lc", "jm", "cc", "actionStep", "boarding", "impatience", "loading", "startup")
-"""Beginnings of the names of further settings: any finite number; some may be clock times."""
+"""Beginnings of the names of further settings: any number, also an infinite one; some may be clock times."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +129,12 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
         if model != part.tag:
             attributes |= {"carFollowModel": model, **part.attrib}
     for attribute, text in attributes.items():
+        if attribute in _TOPS and as_number(text) == math.inf:
+            continue
         if attribute in _FIGURES:
             figures[attribute] = _figure(f"{source}: vType {name}: {attribute}", text, *_FIGURES[attribute])
-        elif attribute.startswith(_SETTINGS) and not math.isfinite(as_number(text, default=0.0)):
-            msg = f"{source}: vType {name}: {attribute} is {shown(text)}; expected a finite number"
+        elif attribute.startswith(_SETTINGS) and math.isnan(as_number(text, default=0.0)):
+            msg = f"{source}: vType {name}: {attribute} is {shown(text)}; expected a number"
             raise RouteError(msg)
     vclass = element.get("vClass", DEFAULT_TYPE.vclass)
     return VehicleType(

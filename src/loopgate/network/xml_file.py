@@ -1,6 +1,7 @@
 """SUMO's XML files, plain or gzipped, with errors that a user can act on."""
 
 import gzip
+import os
 import zlib
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
@@ -16,7 +17,7 @@ _WAYS_OUT = {
     "routes": "this one holds routes: give the network as NETWORK and this file as --routes",
     "net": "this one is a network: it goes first, as NETWORK; 'loopgate loops NETWORK -o FILE' makes routes",
     "additional": "this one holds additional elements, such as stops: name it in a .sumocfg",
-    "configuration": "this one is a configuration: its name should end in .sumocfg",
+    "configuration": "this one is a configuration: its name should end in .sumocfg or .sumo.cfg",
 }
 """Advice on files that are often taken for others, by their root element."""
 
@@ -137,7 +138,7 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
     """Raise `error` unless a file begins as an XML file with a given root element."""
     with _refusing(file, what, error):
         if not file.exists():
-            msg = f"{file}: there is no such file; expected a SUMO {what}"
+            msg = f"{file}: there is no such file; expected a SUMO {what}{_as_here(file)}"
             raise error(msg)
         if file.is_dir():
             msg = f"{file}: a folder, not a SUMO {what}"
@@ -148,9 +149,17 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
         with open_xml(file) as stream:
             _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
         if not _is_root(first.tag, root):
-            hint = f"; {_WAYS_OUT[first.tag]}" if first.tag in _WAYS_OUT else ""
+            is_config = first.tag == _ALSO["configuration"]
+            way_out = _WAYS_OUT.get("configuration" if is_config else first.tag)
+            hint = f"; {way_out}" if way_out else ""
             msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
             raise error(msg)
+
+
+def _as_here(file: Path) -> str:
+    r"""Return what to write for a path of Windows, whose folders end with ``\\``; empty for other paths."""
+    other = str(file).replace("\\", "/")
+    return "" if os.sep == "\\" or other == str(file) else f"; here folders end with /: write {other}"
 
 
 def _is_root(tag: str, root: str) -> bool:

@@ -54,8 +54,7 @@ def write_sumo_input(
         loops[start.loop.id] = start.loop
         if start.kind not in kinds:
             kinds[start.kind] = start.loop.id
-            colour = start.kind.partition(f"@{start.loop.id if start.loop.closed else ''}@")[2]
-            more = {"color": colour} if colour else {}
+            more = {"color": start.colour} if start.colour else {}
             kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
             _tell(kind, start.type.parameters)
     for loop in (loop for loop in loops.values() if loop.closed):
