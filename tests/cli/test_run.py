@@ -254,9 +254,9 @@ def test_times_of_a_configuration_may_have_colons(tmp_path: Path) -> None:
         )
         done = loopgate("run", config, "--gate", gate, "--duration", "20")
         assert (done.returncode, says in done.stderr) == (2 if says else 0, True), done.stderr
-    config.write_text(config.read_text().replace("00:00:05", "0:01"))
+    config.write_text(config.read_text().replace("00:00:05", "00:00:01"))
     done = loopgate("run", config, "--step-length", "0.5", "--gate", "open", "--duration", "20")
-    assert "step-length 0:01 is not taken over: the run has 0.5" in " ".join(done.stdout.split())
+    assert "step-length 00:00:01 is not taken over: the run has 0.5" in " ".join(done.stdout.split())
 
 
 LED_OFF = {

@@ -215,12 +215,21 @@ def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, clos
         for enter in range(len(lanes)):
             for connection in connections:
                 low, high = sorted((enter, connection.from_lane))
-                if all(vclass in lanes[index].allowed for index in range(low, high + 1)):
+                if all(vclass in lanes[index].allowed for index in range(low, high + 1)) and _may_change(
+                    lanes, enter, connection.from_lane, vclass
+                ):
                     shared = sum(lanes[index].two_way for index in range(low, high + 1))
                     cost = (high - low) + TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
                     layer.setdefault(enter, []).append((cost, LaneStep(enter, connection)))
         layers.append(layer)
     return layers
+
+
+def _may_change(lanes: Sequence[Lane], enter: int, leave: int, vclass: str) -> bool:
+    """Return whether vehicles of a class may change from one lane of an edge to another, lane by lane."""
+    left = leave > enter
+    passed = range(enter, leave) if left else range(enter, leave, -1)
+    return all(lanes[index].may_change(vclass, left=left) for index in passed)
 
 
 def _arrives(lane: Lane) -> LaneStep:

@@ -54,6 +54,14 @@ class Lane:
     street."""
     heights: tuple[float, ...] = ()
     """Height of each point of the shape [m]; none where the network is flat."""
+    to_left: frozenset[str] | None = None
+    to_right: frozenset[str] | None = None
+    """Vehicle classes that may change to the next lane on the left, and on the right; None for all."""
+
+    def may_change(self, vclass: str, *, left: bool) -> bool:
+        """Return whether vehicles of a class may change from this lane to the next on one side."""
+        classes = self.to_left if left else self.to_right
+        return classes is None or vclass in classes
 
 
 @dataclass(frozen=True, slots=True)
@@ -705,12 +713,15 @@ class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no ty
         Junction and index of each request with ``cont``.
     between
         Junctions between two internal lanes of a movement, by the second lane.
+    changes
+        For each lane with prohibited changes, the classes that may change to the left and to the right.
     """
 
     def __init__(self) -> None:
         super().__init__(withInternal=True)
         self.waiting: set[tuple[str, int]] = set()
         self.between: set[str] = set()
+        self.changes: dict[str, tuple[frozenset[str] | None, frozenset[str] | None]] = {}
         self._junction = ""
 
     def startElement(self, name: str, attrs: Mapping[str, str]) -> None:  # noqa: N802  named by sumolib
@@ -719,8 +730,16 @@ class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no ty
         if name == "junction":
             self._junction = attrs["id"]
             self.between.update([self._junction] if attrs.get("type") == "internal" else ())
+        elif name == "lane" and ("changeLeft" in attrs or "changeRight" in attrs):
+            self.changes[attrs["id"]] = _classes(attrs, "changeLeft"), _classes(attrs, "changeRight")
         elif name == "request" and attrs.get("cont", "0").lower() in _TRUE:
             self.waiting.add((self._junction, int(attrs["index"])))
+
+
+def _classes(attrs: Mapping[str, str], name: str) -> frozenset[str] | None:
+    """Return the vehicle classes that an attribute lists; None for all."""
+    classes = frozenset(attrs[name].split()) if name in attrs else frozenset(("all",))
+    return None if "all" in classes else classes
 
 
 def _parse(file: Path) -> _Reader:
@@ -744,6 +763,7 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
         opposite = _opposite_lanes(raw)
         for index, lane in enumerate(raw.getLanes()):
             allowed = frozenset(lane.getPermissions())
+            to_left, to_right = reader.changes.get(f"{raw.getID()}_{index}", (None, None))
             of_edge.append(
                 Lane(
                     id=f"{raw.getID()}_{index}",
@@ -757,6 +777,8 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
                     allowed=classes.setdefault(allowed, allowed),
                     heights=_heights(lane.getShape3D()),
                     two_way=any(_same(_points(lane.getShape())[::-1], shape) for shape in opposite),
+                    to_left=to_left,
+                    to_right=to_right,
                 )
             )
         lanes.update((lane.id, lane) for lane in of_edge)
