@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
 from itertools import pairwise
 from pathlib import Path
 from random import Random
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
@@ -35,7 +37,8 @@ def ran(folder: Path, incidents: str = "", *, positions: bool = False, **more: A
     file.write_text(incidents, encoding="utf-8")
     named: dict[str, Any] = {"incidents": str(file)} if incidents else {}
     named = {"duration_s": 900.0, **named, **more}
-    scenario = Scenario(network=NETWORK, routes=ROUTES, vehicles=120, positions=positions, **named)
+    named = {"vehicles": 120, **named}
+    scenario = Scenario(network=NETWORK, routes=ROUTES, positions=positions, **named)
     return simulate(scenario, folder / "run", overwrite=True)
 
 
@@ -155,6 +158,27 @@ def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
         assert "3 planned incidents" in page  # of each series
         assert "Black and dashed: closed or blocked for a time." in page
     assert read_run_row(tmp_path / "runs" / "1").row["closures"] == 2
+
+
+def test_without_a_gate_streets_close_too(tmp_path: Path) -> None:
+    """For a baseline: nobody drives in, and the trace has the edges that were driven."""
+    summary = ran(tmp_path, CLOSED, gate="open", vehicles=30, fcd=True, duration_s=700.0)
+    assert summary["standing"]["closures"] == 2
+    assert [one["place"] for one in summary["standing"]["blocked"]] == ["C2C1", "B2C2_0"]
+    assert summary["standing"]["led_round"] > 5
+    events = read_events(tmp_path / "run" / "events.parquet", (Event.EDGE,))
+    driven: dict[str, list[str]] = {}
+    with gzip.open(tmp_path / "run" / "fcd.xml.gz") as fcd:
+        for _, step in ET.iterparse(fcd):
+            for one in step if step.tag == "timestep" else ():
+                edge, mine = one.get("lane", "").rpartition("_")[0], driven.setdefault(one.get("id", ""), [])
+                if not edge.startswith(":") and mine[-1:] != [edge]:
+                    mine.append(edge)
+                    assert edge != "C2C1" or not 101.0 < float(step.get("time", "0")) < 400.0
+    for vehicle, rows in events.groupby("vehicle"):
+        edges = rows["place"].tolist()
+        assert edges == driven[str(vehicle)][: len(edges)]
+        assert len(driven[str(vehicle)]) - len(edges) <= 1
 
 
 def test_a_round_on_a_detour_is_a_lap(tmp_path: Path) -> None:

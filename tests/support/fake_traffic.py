@@ -205,6 +205,9 @@ class FakeTraffic:
         self.fleet[vehicle].hold_m = self.fleet[vehicle].arc(edge, position_m) + self.misses_by_m
         return True
 
+    def close_lanes(self, lanes: Sequence[str], *, closed: bool) -> None:
+        """No lane is ever closed."""
+
     def lost_hold(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
         """Nobody takes a hold away."""
         return False

@@ -85,6 +85,8 @@ class Assembly:
         Closed streets and vehicles that break down.
     detours
         By name of a detour, the name of the loop that it replaces.
+    ungated_detours
+        Without a gate, the detours with their paths.
     """
 
     network: RoadNetwork
@@ -104,6 +106,7 @@ class Assembly:
     other_ways: tuple[VehicleStart, ...] = ()
     incidents: Incidents = field(default_factory=Incidents)
     detours: Mapping[str, str] = field(default_factory=dict)
+    ungated_detours: tuple[tuple[Loop, Track], ...] = ()
 
     @property
     def contains(self) -> bool:
@@ -167,6 +170,8 @@ def assemble(scenario: Scenario) -> Assembly:
         detours = find_detours(network, closed, incidents, once)
         others += detours.vehicles
         warnings = (*warnings, *name_long_stops(closed, detours))
+    elif not scenario.gated and incidents.closures:
+        detours = find_detours(network, closed, Incidents(incidents.closures))
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
@@ -218,17 +223,16 @@ def assemble(scenario: Scenario) -> Assembly:
         other_ways=tuple(departures[len(later) :]),
         incidents=incidents,
         detours=detours.own,
+        ungated_detours=()
+        if scenario.gated
+        else tuple((v.loop, tracks.on(v, Itinerary(v.loop))) for v in detours.vehicles),
     )
 
 
 def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> Incidents:
     if not scenario.incidents:
         return Incidents()
-    found = read_incidents(network, scenario.incidents, {v.id for v in vehicles})
-    if found.closures and not scenario.gated:
-        msg = f"{scenario.incidents}: no gate closes streets under open; give SUMO a rerouter that does"
-        raise ScenarioError(msg)
-    return found
+    return read_incidents(network, scenario.incidents, {v.id for v in vehicles})
 
 
 def read_vehicles(

@@ -37,6 +37,7 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Reports, Session, StopFigures
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.simulation.ungated_closures import UngatedClosures
 from loopgate.traffic.base import Traffic
 
 if TYPE_CHECKING:
@@ -305,6 +306,20 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
         waits, round_ = scenario.standing == "wait", find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, gated=False)
         looks.append(containment.look)
+    if assembly.incidents.closures:
+        closures = UngatedClosures(
+            assembly.incidents,
+            assembly.network,
+            traffic,
+            driving,
+            recorder,
+            assembly.ungated_detours,
+            assembly.detours,
+            frozenset(vehicle for vehicle, some in assembly.stops.items() if some),
+        )
+        looks.append(closures.look)
+        if containment is not None:
+            containment.also = closures.report
     return Session(
         traffic, drive, recorder, None, None, stops, departures, None, containment, tuple(looks), ()
     )

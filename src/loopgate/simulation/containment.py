@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple, Protocol
@@ -157,6 +157,8 @@ class Containment:
         """The places that were blocked before."""
         self.turns: defaultdict[str, list[TurnOff]] = defaultdict(list)
         """The changes to other paths, by name of the vehicle."""
+        self.also: Callable[[], Mapping[str, Any]] = dict
+        """Returns more figures, in place of those here."""
         self._no_way: dict[str, None] = {}
         """The loops of vehicles that found no path round what stood."""
 
@@ -361,5 +363,6 @@ class Containment:
                 "led_round": len(led),
                 "turns": sum(led),
                 "no_way_round": sorted(self._no_way),
+                **self.also(),
             }
         }

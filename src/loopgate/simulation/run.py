@@ -299,7 +299,7 @@ def _input_options(
         beside=beside,
         begin_s=assembly.begin_s,
         later=[*later, *round_],
-        renews=not round_,
+        renews=not assembly.detours,
     )
     begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
     return [*starts, *routes, *begin]

@@ -211,6 +211,9 @@ class Traffic(Protocol):
         closed to it.
         """
 
+    def close_lanes(self, lanes: Sequence[str], *, closed: bool) -> None:
+        """Close lanes to all vehicles, or open them again as they were."""
+
     def lost_hold(self, vehicle: str) -> bool:
         """Return whether a vehicle was held by `hold`, and its owner has removed or changed that stop."""
 

@@ -155,6 +155,8 @@ class SumoStops:
         """For each held vehicle, its lane and the position of the hold there [m]."""
         self._stopping: set[str] = set()
         """The vehicles with stops of their own."""
+        self._disallowed: dict[str, Sequence[str]] = {}
+        """The classes to which each lane was closed before `close_lanes`."""
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._classes: dict[str, str] = {}
         """The vehicle classes that other code cannot change."""
@@ -204,6 +206,12 @@ class SumoStops:
                         behind_m if behind_m < self._api.lane.getLength(lane) else behind_m - 2.0 * _APART_M
                     )
         return position_m
+
+    def close_lanes(self, lanes: Sequence[str], *, closed: bool) -> None:
+        for lane in lanes:
+            if closed:
+                self._disallowed.setdefault(lane, self._api.lane.getDisallowed(lane))
+            self._api.lane.setDisallowed(lane, ["all"] if closed else self._disallowed.pop(lane, ()))
 
     def lost_hold(self, vehicle: str) -> bool:
         return vehicle in self._holds and self._stop_number(vehicle) is None
