@@ -472,3 +472,26 @@ def test_names_and_colours_as_sumo_takes_them(tmp_path: Path) -> None:
     )
     summary = simulate(Scenario(network=str(config)), tmp_path / "my out")
     assert (summary["arrived"], summary["audit"]) == (1, "clean")
+
+
+def test_circles_as_people_make_them(tmp_path: Path) -> None:
+    """A rerouter whose route is the lap itself changes nothing: told and left out. One edge is a trip."""
+    square = SQUARES[0]
+    (tmp_path / "r.add.xml").write_text(
+        f'<additional><route id="lap" edges="{square} B1C1"/><rerouter id="r0" edges="B1C1">'
+        '<interval begin="0" end="999"><routeProbReroute id="lap"/></interval></rerouter></additional>'
+    )
+    (tmp_path / "r.rou.xml").write_text(
+        '<routes><flow id="f" route="lap" begin="0" end="60" number="3"/></routes>'
+    )
+    (tmp_path / "r.sumocfg").write_text(
+        f'<configuration><net-file value="{Path(GRID).resolve()}"/><route-files value="r.rou.xml"/>'
+        '<additional-files value="r.add.xml"/><end value="200"/></configuration>'
+    )
+    summary = simulate(Scenario(network=str(tmp_path / "r.sumocfg")), tmp_path / "out")
+    assert (summary["vehicles"], summary["audit"]) == (3, "clean")
+    assert summary["laps"] > 0
+    assert any("rerouter r0 is left out" in line for line in summary["warnings"])
+    one = tmp_path / "one.rou.xml"
+    one.write_text('<routes><vehicle id="v" depart="0"><route edges="A0A1"/></vehicle></routes>')
+    assert run(tmp_path / "one", one)["arrived"] == 1

@@ -1,6 +1,6 @@
 """Reads types, routes and vehicles from SUMO's additional files."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -72,17 +72,17 @@ def type_names(files: Iterable[Path]) -> frozenset[str]:
     )
 
 
-def without(file: Path, tags: Collection[str], copy: Path) -> Path:
+def without(file: Path, gone: Callable[[ET.Element], bool], copy: Path) -> Path:
     """Return a copy of an additional file without some of its elements; relative file names still work.
 
-    Return the file itself if it has none of them. Raises `RouteError` if it cannot be read, `ResultsError` if
-    the copy cannot be written.
+    Return the file itself if `gone` holds for none of them. Raises `RouteError` if it cannot be read,
+    `ResultsError` if the copy cannot be written.
     """
     top = read_additional(file)
-    gone = [one for one in top if one.tag in tags]
-    if not gone:
+    those = [one for one in top if gone(one)]
+    if not those:
         return file
-    for one in gone:
+    for one in those:
         top.remove(one)
     for element in top.iter():
         for name in (name for name in _PATHS if name in element.attrib):

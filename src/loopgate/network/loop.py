@@ -195,11 +195,15 @@ class Loop:
         after_m
             Arc length from which to look, for loops that use an edge twice.
         """
+        return self.arcs(edge, position_m, after_m=after_m)[0]
+
+    def arcs(self, edge: str, position_m: float, *, after_m: float = 0.0) -> list[float]:
+        """Return the arc length of a position on each pass of an edge, in order from `after_m`; see `arc`."""
         found = [span.begin_m + min(position_m, span.length_m) for span in self.spans if span.edge == edge]
         if not found:
             msg = f"loop {self.id}: edge {edge} is not on it"
             raise RouteError(msg)
-        return min(found, key=lambda arc: (arc - after_m) % self.length_m)
+        return sorted(found, key=lambda arc: (arc - after_m) % self.length_m)
 
     def hold_before(self, arc_m: float) -> float:
         """Return the last arc length up to `arc_m` at which SUMO can make a vehicle stop.

@@ -25,6 +25,7 @@ from loopgate.network.stops import (
     on_loop,
     read_stopping_places,
     read_stops,
+    stops_of_one_round,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE, LedVehicle, closes, drives_once, lead_trips, one_round
@@ -368,6 +369,11 @@ class _Route:
     again: bool
     """Whether vehicles drive it round and round."""
 
+    @property
+    def rounds(self) -> int:
+        """For how many rounds the file writes it out."""
+        return len(self.edges) // len(one_round(self.edges)) if self.again else 1
+
     def loop(self, network: RoadNetwork, choices: RouteChoices, vclass: str, stops: Sequence[Stop]) -> Loop:
         """Return the route over lanes that a vehicle class may use and that reach all stops."""
         source = str(self.source)
@@ -511,7 +517,8 @@ class _Found:
             route = self.routes[on]
             own = self._stops(element, what, route.cycle_s, since_depart=False)
             kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
-            ways.append(RouteChoice(on, share, vclass, kind, (*route.stops, *own)))
+            stops = stops_of_one_round((*route.stops, *own), route.rounds)
+            ways.append(RouteChoice(on, share, vclass, kind, stops))
         return AskedVehicle(element, at_s, flow, types, tuple(ways))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
@@ -573,6 +580,10 @@ class _Found:
         vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
         stopping = (route for route in self.routes.values() if route.stops)
         return vehicles, {
-            route.id: on_loop(loops[route.id], route.stops, f"{route.source}: route {route.id}")
+            route.id: on_loop(
+                loops[route.id],
+                stops_of_one_round(route.stops, route.rounds),
+                f"{route.source}: route {route.id}",
+            )
             for route in stopping
         }

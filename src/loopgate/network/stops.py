@@ -310,7 +310,8 @@ def _metres(what: str, element: ET.Element, attribute: str, default: float) -> f
 def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
     """Return stops in the order of a loop, each with its arc length.
 
-    If the loop passes an edge several times, a stop is made on the first pass after the stop before it.
+    If the loop passes an edge several times, a stop is made on the first pass after the stop before it, and
+    the same stop again on the next pass.
 
     Raises `RouteError` if a stop is not on the loop, or two are at the same place.
     """
@@ -323,7 +324,10 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
                 f"lead the route over it, or leave the stop out"
             )
             raise RouteError(msg)
-        after_m = loop.arc(stop.edge, stop.end_m, after_m=after_m)
+        passes = loop.arcs(stop.edge, stop.end_m, after_m=after_m)
+        taken = [one.arc_m for one in placed]
+        free = (arc_m for arc_m in passes if all(abs(arc_m - other_m) >= _LEAST_M for other_m in taken))
+        after_m = next(free, passes[0])
         placed.append(replace(stop, arc_m=after_m))
     placed.sort(key=lambda stop: stop.arc_m)
     for one, other in pairwise(placed):
@@ -331,6 +335,15 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
             msg = f"{what}: it stops twice at {one.name}; once is enough, as it does so in every round"
             raise RouteError(msg)
     return tuple(placed)
+
+
+def stops_of_one_round(stops: Sequence[Stop], rounds: int) -> tuple[Stop, ...]:
+    """Return the stops of one round of a route that is written out for several `rounds`."""
+    least = -(-len(stops) // max(1, rounds))
+    for number in range(max(1, least), len(stops)):
+        if all(stop == stops[k % number] for k, stop in enumerate(stops)):
+            return tuple(stops[:number])
+    return tuple(stops)
 
 
 def lanes_of_stops(stops: Iterable[Stop]) -> dict[str, int]:

@@ -81,7 +81,8 @@ def closes(network: RoadNetwork, edges: Sequence[str]) -> bool:
     """Return whether a route leads back to its beginning."""
     if not edges or edges[-1] not in network.edges:
         return True
-    return edges[0] == edges[-1] or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
+    back = len(edges) > 1 and edges[0] == edges[-1]
+    return back or any(c.to_edge == edges[0] for c in network.outgoing(edges[-1]))
 
 
 def one_round(edges: Sequence[str]) -> tuple[str, ...]:

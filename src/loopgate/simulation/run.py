@@ -1,6 +1,6 @@
 """Runs a scenario, and writes its run folder."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -31,7 +31,7 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
-from loopgate.simulation.sumo.devices import refuse_what_leads_off
+from loopgate.simulation.sumo.devices import idle_rerouters, refuse_what_leads_off
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import (
     DiskGuard,
@@ -239,6 +239,8 @@ def open_session(
     if beside is not None:
         check_flows(beside.flows, assembly.begin_s, end_s, beside.file)
     keeping = _keeping(scenario, assembly, negotiation)
+    alone = scenario.gated and not (scenario.traffic or assembly.others)
+    idle = idle_rerouters(_beside(scenario, assembly, said), assembly.loops) if alone else {}
     with writing(folder / run_folder.SCENARIO):
         scenario.write(folder / run_folder.SCENARIO)
     if assembly.abstraction is not None:
@@ -247,7 +249,7 @@ def open_session(
     options = [
         *said.arguments,
         *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder, said, beside),
+        *_input_options(scenario, assembly, folder, said, beside, idle),
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
         *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),
@@ -270,14 +272,29 @@ def open_session(
             ways = {start.loop.id: start.loop for start in assembly.everybody}
             guard.append(Window(traffic, session.drive, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
-        notes = (*said.notes, *said.taken_over_by(options), *absent, *session.notes)
+        round_and_round = (
+            f"{scenario.routes or scenario.network}: rerouter {name} is left out: it leads vehicles round "
+            f"loop {loop}, which they drive round and round anyway"
+            for name, loop in idle.items()
+        )
+        notes = (*said.notes, *said.taken_over_by(options), *absent, *round_and_round, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)
 
 
+def _beside(scenario: Scenario, assembly: Assembly, said: SumoOptions) -> tuple[Path, ...]:
+    """Return the additional files of a run without ordinary traffic."""
+    return tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+
+
 def _input_options(
-    scenario: Scenario, assembly: Assembly, folder: Folder, said: SumoOptions, ordinary: TrafficFile | None
+    scenario: Scenario,
+    assembly: Assembly,
+    folder: Folder,
+    said: SumoOptions,
+    ordinary: TrafficFile | None,
+    idle: Collection[str],
 ) -> list[str]:
-    beside = tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+    beside = _beside(scenario, assembly, said)
     routes = ["--route-files", ""] if said.configured else []
     if ordinary:
         ordinary.check_names(assembly.names)
@@ -289,8 +306,8 @@ def _input_options(
             ordinary.check_names(assembly.others)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
-        refuse_what_leads_off(beside, assembly.loops)
-    beside = without_vehicles(beside, assembly.vehicle_files, folder.path)
+        refuse_what_leads_off(beside, assembly.loops, idle)
+    beside = without_vehicles(beside, assembly.vehicle_files, folder.path, idle)
     placed, later = (assembly.starts, assembly.departures) if scenario.gated else (assembly.everybody, ())
     round_ = [one for one in assembly.other_ways if one.loop.id in assembly.detours]
     starts = write_sumo_input(

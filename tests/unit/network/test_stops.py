@@ -120,6 +120,31 @@ def test_who_departs_before_the_run_begins_is_there_at_its_beginning(tmp_path: P
     assert found[0].depart_s == 50.0
 
 
+@pytest.mark.parametrize(
+    ("edges", "stops", "arcs_m"),
+    [
+        ("a b", ("b_0", "b_0"), None),
+        ("a b a b", ("b_0", "b_0"), [150.0]),
+        ("a b a b", ("a_0", "b_0", "a_0", "b_0"), [100.0, 150.0]),
+        ("a b a b a b", ("a_0", "b_0", "a_0", "b_0", "a_0"), [100.0, 150.0]),
+        ("a b c a b", ("b_0", "b_0"), [150.0, 400.0]),
+        ("a b c a b", ("b_0", "c_0", "b_0"), [150.0, 250.0, 400.0]),
+        ("a b c a b a b c a b", ("b_0",) * 4, [150.0, 400.0]),
+    ],
+)
+def test_the_same_stop_again(
+    tmp_path: Path, edges: str, stops: tuple[str, ...], arcs_m: list[float] | None
+) -> None:
+    """It is made on the next pass of the round; of a route for several rounds, the stops of one count."""
+    text = "".join(f'<stop lane="{lane}" duration="3"/>' for lane in stops)
+    text = f'<route id="r" edges="{edges}"/><vehicle id="v" route="r" depart="0">{text}</vehicle>'
+    if arcs_m is None:
+        with pytest.raises(RouteError, match="it stops twice at b_0; once is enough"):
+            fleet(tmp_path, text)
+    else:
+        assert [stop.arc_m for stop in fleet(tmp_path, text)[1][0].stops] == arcs_m
+
+
 STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</vehicle>'
 
 
@@ -140,7 +165,6 @@ STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</ve
             STOP.format('<stop lane="a_0" duration="3" parking="x"/>'),
             "parking is 'x'; expected true or false",
         ),
-        (STOP.format('<stop lane="a_0" duration="3"/>' * 2), "it stops twice at a_0; once is enough"),
         ('<route id="r" edges="a b"/><vehicle id="v" route="r" depart="x"/>', "depart is 'x'; expected sec"),
         (
             '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="triggered"/>',

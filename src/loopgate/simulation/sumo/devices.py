@@ -13,7 +13,7 @@ from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE
+from loopgate.network.trips import MIDDLE, one_round
 from loopgate.reading import shown
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
@@ -23,8 +23,10 @@ _CLOSES = ("closingReroute", "closingLaneReroute")
 _LEADS = ("destProbReroute", "routeProbReroute")
 
 
-def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
+def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop], idle: Collection[str] = ()) -> None:
     """Refuse closed roads, rerouters and calibrators on loops that affect all vehicles.
+
+    `idle`: names of rerouters that are left out of the run.
 
     Raises
     ------
@@ -34,11 +36,44 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
     by_edge = {edge: loop.id for loop in loops for edge in loop.edges}
     for file in files:
         for element in read_additional(file).iter():
+            if element.tag == "rerouter" and element.get("id") in idle:
+                continue
             for edge, does in _does(element):
                 if edge in by_edge:
                     what = f"{file}: {element.tag} {element.get('id', '')}"
                     msg = f"{what} {does.format(edge=edge, loop=by_edge[edge])}, or --gate open"
                     raise ScenarioError(msg)
+
+
+def idle_rerouters(files: Iterable[Path], loops: Sequence[Loop]) -> dict[str, str]:
+    """Return the rerouters that lead vehicles of loops round their own loop, which they drive anyway.
+
+    A rerouter may have several edges and routes: on each loop that it touches, each route must be one or more
+    rounds of that loop. Rerouters for some types only are not for gated vehicles, whose types have own names.
+
+    Returns
+    -------
+    dict
+        The loop, by the name of the rerouter.
+    """
+    tops = [read_additional(file) for file in files]
+    routes: dict[str, Sequence[str]] = {loop.id: loop.edges for loop in loops}
+    routes |= {one.get("id", ""): one.get("edges", "").split() for top in tops for one in top.iter("route")}
+    found = {}
+    for rerouter in (one for top in tops for one in top.iter("rerouter") if not one.get("vTypes")):
+        at = _words(rerouter, "edges")
+        touched = [loop for loop in loops if any(edge in loop.edges for edge in at)]
+        ways = [routes.get(one.get("id", ""), []) for one in _inside(rerouter, _LEADS)]
+        other = next(_inside(rerouter, (*_CLOSES, "destProbReroute")), None) is not None
+        if touched and ways and not other and all(_is_round(way, loop) for way in ways for loop in touched):
+            found[rerouter.get("id", "")] = touched[0].id
+    return found
+
+
+def _is_round(edges: Sequence[str], loop: Loop) -> bool:
+    """Return whether a route is rounds of a loop, from anywhere."""
+    lap, once = loop.edges, one_round(edges)
+    return len(once) == len(lap) and any(once == lap[k:] + lap[:k] for k in range(len(lap)))
 
 
 def led_off(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> dict[str, str]:

@@ -77,18 +77,37 @@ def write_sumo_input(
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 
-def without_vehicles(files: Sequence[Path], holding: Collection[Path], folder: Path) -> tuple[Path, ...]:
+def without_vehicles(
+    files: Sequence[Path], holding: Collection[Path], folder: Path, idle: Collection[str] = ()
+) -> tuple[Path, ...]:
     """Return additional files for SUMO; files with vehicles are copied to `folder` without them.
+
+    Parameters
+    ----------
+    files
+        The files.
+    holding
+        Those with vehicles that loopgate puts in.
+    folder
+        The folder of the run.
+    idle
+        Names of rerouters that are left out too.
 
     Raises
     ------
     ResultsError
         If one cannot be written.
     """
-    return tuple(
-        without(file, FLEET, folder / f"additional{number}.add.xml") if file in holding else file
-        for number, file in enumerate(files, start=1)
-    )
+    found = []
+    for number, file in enumerate(files, start=1):
+        tags = FLEET if file in holding else frozenset()
+
+        def gone(one: ET.Element, tags: Collection[str] = tags) -> bool:
+            return one.tag in tags or (one.tag == "rerouter" and one.get("id") in idle)
+
+        copied = idle or file in holding
+        found.append(without(file, gone, folder / f"additional{number}.add.xml") if copied else file)
+    return tuple(found)
 
 
 def _add_vehicle(top: ET.Element, start: VehicleStart, begin_s: float) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.simulation.sumo.devices import led_off, refuse_what_leads_off
+from loopgate.simulation.sumo.devices import idle_rerouters, led_off, refuse_what_leads_off
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 
@@ -53,6 +53,30 @@ def test_what_leads_off_loops_is_refused(tmp_path: Path, text: str, says: str) -
 def test_what_is_for_others_is_taken(tmp_path: Path, text: str) -> None:
     """For types of their own, or for those that want to park."""
     refuse(tmp_path, text)
+
+
+@pytest.mark.parametrize(
+    ("rerouter", "found"),
+    [
+        ('edges="a"><i><routeProbReroute id="lap"/></i>', {"r": "loop3"}),
+        ('edges="a b"><i><routeProbReroute id="loop3"/></i>', {"r": "loop3"}),
+        ('edges="b"><i><routeProbReroute id="lap"/><routeProbReroute id="off"/></i>', {}),
+        ('edges="b"><i><routeProbReroute id="lap"/><closingReroute id="c"/></i>', {}),
+        ('edges="a"><i><destProbReroute id="b"/></i>', {}),
+        ('edges="c"><i><routeProbReroute id="lap"/></i>', {}),
+        ('edges="a" vTypes="t"><i><routeProbReroute id="lap"/></i>', {}),
+    ],
+)
+def test_a_rerouter_that_only_leads_round_the_loop_is_idle(
+    tmp_path: Path, rerouter: str, found: dict[str, str]
+) -> None:
+    """All its routes are rounds of the loop, from anywhere, written once or several times; nothing else."""
+    file = tmp_path / "x.add.xml"
+    routes = '<route id="lap" edges="b a b a b"/><route id="off" edges="b c"/>'
+    file.write_text(f'<additional>{routes}<rerouter id="r" {rerouter}</rerouter></additional>')
+    assert idle_rerouters([file], [LOOP]) == found
+    if found:
+        refuse_what_leads_off([file], [LOOP], found)
 
 
 @pytest.mark.parametrize(
