@@ -324,3 +324,28 @@ def test_stops_all_over_a_busy_grid(tmp_path: Path) -> None:
     assert summary["departed"] > 30
     assert summary["positions"]["stands_in_crossings"] < 14  # with five seeds 7 to 13
     assert not any("nothing is foreseen" in warning for warning in summary["warnings"])
+
+
+@pytest.mark.parametrize("first", ["near", "off"])
+def test_trips_that_stop_where_they_begin(first: str, tmp_path: Path) -> None:
+    """Who can stop there starts before its stop and makes it; who cannot is ordinary, and that is said.
+
+    Also if it is the first to depart: the run knows it as ordinary then too.
+    """
+    stops = {"near": '<stop lane="A0A1_0" endPos="14" duration="5"/>'}
+    stops["off"] = '<stop lane="A0A1_0" endPos="5" duration="5"/>'
+    stops["far"] = '<stop lane="A1B1_0" endPos="40" duration="5"/>' * 2
+    names = sorted(stops, key=lambda name: name != first)
+    routes = BUS + "".join(
+        f'<vehicle id="{name}" type="bus" depart="{9 * k}" departPos="0">'
+        f'<route edges="A0A1 A1B1 B1C1"/>{stops[name]}</vehicle>'
+        for k, name in enumerate(names)
+    )
+    summary = run(tmp_path, routes)
+    assert (summary["audit"], summary["arrived"]) == ("clean", 2)
+    stopped = [
+        (one.get("id"), float(one.get("ended", "")) - float(one.get("started", "")))
+        for one in ET.parse(tmp_path / "stops.xml").getroot()
+    ]
+    assert sorted(stopped) == [("far", 10.0), ("near", 5.0), ("off", 5.0)]
+    assert any("off: the stop at A0A1_0" in line for line in summary["warnings"])

@@ -45,6 +45,14 @@ def _fit(way: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
     if not legs:
         msg = f"{what} is on {stop.lane}, which is too short to wait on; move the stop"
         raise ScenarioError(msg)
+    first = min((leg for leg, _ in legs), key=lambda leg: leg.begin_m)
+    if not loop.closed and stop.arc_m < first.begin_m:
+        begin_m = stop.end_m + first.begin_m - stop.arc_m
+        msg = (
+            f"{what} ends at {stop.end_m:g} m of lane {stop.lane}, before place {first.state}, in which the "
+            f"trip begins; let it end at {begin_m + kind.length_m + _SHORT_M:.1f} m, or later"
+        )
+        raise ScenarioError(msg)
     leg, in_m = min(legs, key=lambda found: found[1])
     if (lane := f"{leg.line.edge}_{leg.line.lane}") != stop.lane:
         if stop.any_lane:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -330,11 +329,28 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
         after_m = next(free, passes[0])
         placed.append(replace(stop, arc_m=after_m))
     placed.sort(key=lambda stop: stop.arc_m)
-    for one, other in pairwise(placed):
-        if other.arc_m - one.arc_m < _LEAST_M:
-            msg = f"{what}: it stops twice at {one.name}; once is enough, as it does so in every round"
+    made: list[Stop] = []
+    for stop in placed:
+        if not made or stop.arc_m - made[-1].arc_m >= _LEAST_M:
+            made.append(stop)
+        elif loop.closed:
+            msg = f"{what}: it stops twice at {stop.name}; once is enough, as it does so in every round"
             raise RouteError(msg)
-    return tuple(placed)
+        else:
+            made[-1] = _both(made[-1], stop, what)
+    return tuple(made)
+
+
+def _both(one: Stop, other: Stop, what: str) -> Stop:
+    """Return one stop for two at the same position: it lasts as long as both.
+
+    Raises `RouteError` if one stop cannot do that: the first has to wait for something besides its duration.
+    """
+    only_lasts = replace(one, duration_s=other.duration_s, until_s=other.until_s, arc_m=other.arc_m) == other
+    if one.until_s is not None or one.triggers or not only_lasts:
+        msg = f"{what}: it stops twice at {one.name}, each time in another way; make it one stop"
+        raise RouteError(msg)
+    return replace(other, duration_s=one.duration_s + other.duration_s)
 
 
 def stops_of_one_round(stops: Sequence[Stop], rounds: int) -> tuple[Stop, ...]:

@@ -188,6 +188,8 @@ def assemble(scenario: Scenario) -> Assembly:
         msg = f"{source}: none of its vehicles is gated: {name}: {why}; or --gate open"
         raise NobodyGatedError(msg)
     if abstraction is not None and unstopping:
+        if not vehicles and later[0].id in unstopping:  # the one that shows the states drives
+            abstraction = _abstraction(scenario, network, everybody[:1], [*later, *others])
         kept = zip([*later, *others], abstraction.later, strict=True)
         abstraction = replace(abstraction, later=tuple(way for v, way in kept if v.id not in unstopping))
     later = [v for v in later if v.id not in unstopping]

@@ -1,5 +1,7 @@
 """Where vehicles can stop without being in anybody's way."""
 
+from dataclasses import replace
+
 import pytest
 from roads import roads
 
@@ -7,6 +9,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.stopping import fit_stops
 from loopgate.errors import ScenarioError
 from loopgate.network import VehicleType, make_loop
+from loopgate.network.route_lanes import make_route
 from loopgate.network.stops import Stop, on_loop
 
 NET = roads(
@@ -55,3 +58,14 @@ def test_a_stop_in_others_way_is_refused(
     """With file, vehicle, stop, place, and what would do."""
     with pytest.raises(ScenarioError, match=rf"x.rou.xml: vehicle v: the stop at here .*{found}"):
         fitted(end_m, start_m=start_m, kind=kind, lane=lane)
+
+
+def test_a_stop_before_the_place_where_a_trip_begins() -> None:
+    """It is not the last of a round: the message says where the trip could stop."""
+    trip = make_route(NET, "t", ("a", "b"), vclass="bus")
+    way = lay_out_queues(NET, [(trip, BUS)]).itineraries["t"]
+    late = replace(way, legs=(replace(way.legs[0], begin_m=30.0), *way.legs[1:]))
+    stops = on_loop(trip, [Stop("here", "busStop", "a_0", 0.0, 20.0)], "v")
+    assert fit_stops(way, BUS, stops, what="v") == stops
+    with pytest.raises(ScenarioError, match=r"before place a_0, in which the trip begins; .* at 42.5 m, or"):
+        fit_stops(late, BUS, stops, what="v")

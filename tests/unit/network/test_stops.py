@@ -16,6 +16,7 @@ NET = roads(
     ["a_0>b_0", "a_1>b_1", "b_0>a_0", "b_0>c_0", "b_1>c_1", "c_0>a_0", "c_1>a_1"],
     buses_only=[],
 )
+OPEN = roads({"a": (100, 1), "b": (50, 1), "c": (100, 1)}, ["a_0>b_0", "b_0>c_0"], buses_only=[])
 PLACES = """<additional>
     <busStop id="school" lane="b_0" startPos="20" endPos="-10"/>
     <parkingArea id="yard" lane="a_1" startPos="30" endPos="60"/>
@@ -143,6 +144,26 @@ def test_the_same_stop_again(
             fleet(tmp_path, text)
     else:
         assert [stop.arc_m for stop in fleet(tmp_path, text)[1][0].stops] == arcs_m
+
+
+def test_a_trip_stops_twice_at_one_place(tmp_path: Path) -> None:
+    """One stop that lasts as long as both; if the first waits for something else too, it is refused."""
+    stops = '<stop lane="b_0" {}/><stop lane="b_0" {}/>'
+    text = f'<vehicle id="v" depart="0"><route edges="a b c"/>{stops}</vehicle>'
+    file = tmp_path / "x.rou.xml"
+    for first, second, lasts in (
+        ('duration="5"', 'duration="8"', (13.0, None)),
+        ('duration="5"', 'until="90"', (5.0, 90.0)),
+        ('until="60"', 'duration="8"', None),
+        ('duration="5"', 'duration="8" parking="true"', None),
+    ):
+        file.write_text(f"<routes>{text.format(first, second)}</routes>")
+        if lasts:
+            (stop,) = read_loops(OPEN, file, once=True).vehicles[0].stops
+            assert (stop.duration_s, stop.until_s) == lasts
+        else:
+            with pytest.raises(RouteError, match="it stops twice at b_0, each time in another way"):
+                read_loops(OPEN, file, once=True)
 
 
 STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</vehicle>'

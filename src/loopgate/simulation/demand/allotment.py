@@ -4,6 +4,7 @@ from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
+from math import inf
 from random import Random
 from typing import Unpack
 
@@ -164,31 +165,38 @@ def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
     return {"arrivalPos": f"{max(0.1, min(wish_m, most_m)):.2f}"}
 
 
-def _roomiest(loop: Loop, way: Itinerary, first: int) -> int:
-    """Return the longest place on the edge of place `first`, from `first` on."""
-    end_m = loop.span_at(way.legs[first].begin_m).end_m
-    own = [k for k in range(first, len(way.legs) - 1) if way.legs[k].end_m <= end_m]
-    return max(own, key=lambda k: (way.legs[k].end_m - way.legs[k].begin_m, -k), default=first)
+def _roomiest(loop: Loop, way: Itinerary, first: int, stop_m: float) -> int:
+    """Return the longest place on the edge of place `first`, from `first` on and up to the first stop."""
+    end_m, legs = loop.span_at(way.legs[first].begin_m).end_m, way.legs
+    behind = range(first + 1, len(legs) - 1)
+    own = [first, *(k for k in behind if legs[k].end_m <= end_m and legs[k].begin_m < stop_m)]
+    return max(own, key=lambda k: (legs[k].end_m - legs[k].begin_m, -k))
 
 
 def departs_in_place(vehicle: VehicleDemand, way: Itinerary, track: Track) -> VehicleStart:
     """Return the start of a gated vehicle: with its full length in the place where its file wants it.
 
+    A trip starts before its first stop; if the stop is in the same place, from rest: it may be too near to
+    brake for.
+
     `way`, `track`: the places on its path, and a path over them.
     """
     wish_m = vehicle.loop.roads[vehicle.edge].begin_m if vehicle.depart_m is None else vehicle.depart_m
+    stop_m = vehicle.stops[0].arc_m if vehicle.stops and not vehicle.loop.closed else inf
+    wish_m = min(wish_m, stop_m)
     lap_m = way.loop.lap_m
     places = len(way.legs) - (0 if vehicle.loop.closed else 1)
     position = min(range(places), key=lambda k: (way.legs[k].end_m - _LEAST_M - wish_m) % lap_m)
     if not vehicle.loop.closed and vehicle.depart_m is None:
-        position = _roomiest(vehicle.loop, way, position)
+        position = _roomiest(vehicle.loop, way, position, stop_m)
         wish_m = max(wish_m, way.legs[position].begin_m)
     leg = way.legs[position]
     first_m, last_m = leg.begin_m + vehicle.type.length_m + _CLEAR_M, leg.end_m - _LEAST_M
     near_m = wish_m + round((first_m - wish_m) / lap_m) * lap_m
-    front_m = max(first_m, min(near_m, last_m))
+    front_m = max(first_m, min(near_m, last_m, stop_m))
     if not vehicle.loop.closed:
-        vehicle = replace(vehicle, attributes={**vehicle.attributes, **_arrival(vehicle, way)})
+        rest = {"departSpeed": "0"} if stop_m <= leg.end_m else {}
+        vehicle = replace(vehicle, attributes={**vehicle.attributes, **rest, **_arrival(vehicle, way)})
     track = replace(track, vehicle=vehicle.id, start_m=front_m, position=position)
     return VehicleStart(vehicle, track, leg.line.lane, vehicle.depart_s)
 
