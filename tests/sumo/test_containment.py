@@ -37,8 +37,8 @@ def ran(folder: Path, incidents: str = "", *, positions: bool = False, **more: A
     file.write_text(incidents, encoding="utf-8")
     named: dict[str, Any] = {"incidents": str(file)} if incidents else {}
     named = {"duration_s": 900.0, **named, **more}
-    named = {"vehicles": 120, **named}
-    scenario = Scenario(network=NETWORK, routes=ROUTES, positions=positions, **named)
+    named = {"vehicles": 120, "routes": ROUTES, **named}
+    scenario = Scenario(network=NETWORK, positions=positions, **named)
     return simulate(scenario, folder / "run", overwrite=True)
 
 
@@ -144,6 +144,29 @@ def test_the_replay_draws_vehicles_where_they_are_after_a_detour(tmp_path: Path)
         there = ends.loc[tracks.vehicles[vehicle]]
         assert tracks.x[rows][-1] / PER_M == pytest.approx(there["x_m"], abs=0.2)
         assert tracks.y[rows][-1] / PER_M == pytest.approx(there["y_m"], abs=0.2)
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_vehicles_with_stops_are_led_round_too(gate: str, tmp_path: Path) -> None:
+    """They make all their stops, as SUMO counts them, on the road and beside it."""
+    lines = ["<routes>"]
+    for number, route in enumerate(ET.parse(ROUTES).getroot().iter("route")):
+        edges = route.get("edges", "").split()
+        edge = next(one for one in edges[len(edges) // 2 :] if one != "C2C1")
+        where = f'lane="{edge}_0" startPos="30" endPos="40" parking="{str(number % 3 == 0).lower()}"'
+        stop = f'<stop {where} duration="5"/>'
+        lines.append(f'<route id="{route.get("id")}" edges="{" ".join(edges)}">{stop}</route>')
+    file = tmp_path / "stops.rou.xml"
+    file.write_text("\n".join([*lines, "</routes>"]), encoding="utf-8")
+    words = f"--stop-output {tmp_path / 'stops.xml'}"
+    more: dict[str, Any] = {"routes": str(file), "sumo": words, "vehicles": 60, "duration_s": 600.0}
+    summary = ran(tmp_path, '[[closures]]\nedge = "C2C1"\nfrom = 100\nto = 400\n', gate=gate, **more)
+    told = [one for one in ET.parse(tmp_path / "stops.xml").getroot() if float(one.get("pos", "")) < 45.0]
+    times = sum(float(one.get("ended", "")) - float(one.get("started", "")) for one in told)
+    assert summary["standing"]["led_round"] > 5
+    assert summary["stops"]["missed"] == 0
+    assert (summary["stops"]["served"], summary["stops"]["stopped_s"]) == (len(told), times)
+    assert gate == "open" or (summary["audit"], summary["collisions"]) == ("clean", 0)
 
 
 def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:

@@ -515,6 +515,7 @@ class Driving:
         path, make = self.paths.of(track), vehicle.make
         if not may_turn_off(vehicle, path[track.position]):
             return False
+        self.stops.takes_back(vehicle)
         self._traffic.lead(vehicle.name, edges)
         kind = make.with_top(track.top_speed_mps * make.haste)
         by_m = turn_off(self.ledger, vehicle, path[track.position], kind, track.lap_m)

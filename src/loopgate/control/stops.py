@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from math import inf
 from typing import Final
 
@@ -124,6 +125,49 @@ class Stops(Part):
             if number not in behind
         ]
         way.ahead = [_Ahead(at_m, number, 0) for at_m, number in sorted(found)]
+        self._tell(way)
+
+    def may_take(self, vehicle: str, track: Track) -> bool:
+        """Return whether a vehicle can make all its stops on a path: it passes each once, on the same lane.
+
+        It cannot change to another path while its next stop is near.
+        """
+        way = self._ways.get(vehicle)
+        if way is None or not way.again:
+            return True
+        one = way.vehicle
+        brakes_m = braking_m(one.speed, one.make.decel, self._traffic.step_s) + _MISSED_M
+        soon = one.stop_m - one.front_m < brakes_m or (one.stops_here() and one.line_m < inf)
+        if way.since_s < inf or soon:
+            return False
+        edges = [edge for _, edge in track.edges]
+        lanes = {f"{leg.line.edge}_{leg.line.lane}" for leg in track.legs if leg.line.edge}
+        return all(edges.count(stop.edge) == 1 and (stop.lane in lanes or not lanes) for stop in way.stops)
+
+    def takes_back(self, vehicle: Vehicle) -> None:
+        """Let SUMO forget the stops that it knows of a vehicle, which is about to change to another path."""
+        way = self._ways.get(vehicle.name)
+        if way is not None:
+            for coming in way.ahead[: way.told]:
+                self._traffic.drop_stop(vehicle.name, way.stops[coming.number].in_round(coming.round))
+            way.told = 0
+
+    def turned_off(self, vehicle: Vehicle, track: Track) -> None:
+        """Set the stops of a vehicle anew on another path, which `may_take` allowed."""
+        before = self._ways.get(vehicle.name)
+        if before is None:
+            return
+        begins = {edge: begin_m for begin_m, edge in track.edges}
+        stops = [replace(stop, arc_m=begins[stop.edge] + stop.end_m) for stop in before.stops]
+        since = [vehicle.lap_m] * len(stops)
+        way = _StopsAhead(vehicle, stops, since, track.renewed_on, again=True)
+        for coming in before.ahead:
+            ahead_m = (stops[coming.number].arc_m - vehicle.front_m) % vehicle.lap_m
+            if ahead_m < _PAST_M:
+                ahead_m += vehicle.lap_m  # it has just made this stop
+            way.ahead.append(_Ahead(vehicle.front_m + ahead_m, coming.number, coming.round))
+        way.ahead.sort(key=lambda one: one.at_m)
+        self._ways[vehicle.name] = way
         self._tell(way)
 
     def forget(self, vehicle: Vehicle) -> None:

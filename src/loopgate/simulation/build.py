@@ -219,7 +219,7 @@ def open_gated(
     if assembly.anew:
         rerouting = Rerouting(assembly, traffic, leading)
     if assembly.contains:
-        standing = PlannedStanding(assembly.incidents, driving.stops, assembly.stops)
+        standing = PlannedStanding(assembly.incidents, driving.stops)
         waits = scenario.standing == "wait"
         round_ = find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits)
@@ -302,7 +302,7 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
         looks.append(departures.look)
     containment = None
     if assembly.contains:
-        standing = PlannedStanding(assembly.incidents, driving.stops, assembly.stops)
+        standing = PlannedStanding(assembly.incidents, driving.stops)
         waits, round_ = scenario.standing == "wait", find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits, gated=False)
         looks.append(containment.look)
@@ -315,7 +315,6 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
             recorder,
             assembly.ungated_detours,
             assembly.detours,
-            frozenset(vehicle for vehicle, some in assembly.stops.items() if some),
         )
         looks.append(closures.look)
         if containment is not None:

@@ -90,8 +90,8 @@ class Standing(Protocol):
     def at_long_stop(self) -> list[str]:
         """Return the vehicles that stand on the road at a stop that is long or has no known end."""
 
-    def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether a vehicle has stops of its own, so that it must stay on its loop."""
+    def may_take(self, vehicle: str, track: Track) -> bool:
+        """Return whether a vehicle can make its own stops on a path."""
 
 
 class Containment:
@@ -289,8 +289,9 @@ class Containment:
     def _has_way(self, diary: Diary) -> bool:
         """Return whether a vehicle can go on along another path."""
         ways = self._ways.others(diary)
-        return not self._standing.keeps_loop(diary.vehicle.name) and any(
-            self._ways.free_legs(track, at) > 0 for track, at in ways
+        return any(
+            self._ways.free_legs(track, at) > 0 and self._standing.may_take(diary.vehicle.name, track)
+            for track, at in ways
         )
 
     def _lead(self) -> None:
@@ -309,7 +310,7 @@ class Containment:
                 continue
             best, track, position = now, diary.track, 0
             for other, at in self._ways.others(diary):
-                if other is not own and self._standing.keeps_loop(vehicle):
+                if not self._standing.may_take(vehicle, other):
                     continue
                 free = self._ways.free_legs(other, at)
                 back = free == inf and other is own and diary.track.loop != other.loop

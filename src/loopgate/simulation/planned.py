@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from loopgate.abstraction.itinerary import Track
 from loopgate.network.incidents import Incidents
 from loopgate.network.stops import Stop
 from loopgate.simulation.assembly import Assembly
@@ -19,6 +20,9 @@ class MadeStops(Protocol):
     def made_now(self) -> Iterator[tuple[str, Stop]]:
         """Yield each vehicle that stands at a stop, with the stop."""
 
+    def may_take(self, vehicle: str, track: Track) -> bool:
+        """Return whether a vehicle can make all its stops on a path."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlannedStanding:
@@ -30,24 +34,21 @@ class PlannedStanding:
         The closures and breakdowns.
     stops
         The stops that vehicles are making.
-    fixed
-        The vehicles that have stops.
     brakes
         Whether a vehicle that breaks down must be told to stand.
     """
 
     incidents: Incidents
     stops: MadeStops
-    fixed: Container[str]
     brakes: bool = True
 
     def at_long_stop(self) -> list[str]:
         """Return the vehicles that stand on the road at a stop that is long or has no known end."""
         return [vehicle for vehicle, stop in self.stops.made_now() if stands_long(stop)]
 
-    def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether a vehicle has stops, which are positions on its loop."""
-        return vehicle in self.fixed
+    def may_take(self, vehicle: str, track: Track) -> bool:
+        """Return whether a vehicle can make all its stops on a path, and none is near."""
+        return self.stops.may_take(vehicle, track)
 
 
 def find_ways_round(assembly: Assembly) -> WaysRound:

@@ -26,8 +26,8 @@ class UngatedClosures:
 
     SUMO's closing rerouter would lead a vehicle to the end of its route, past the rest of its loop. So
     vehicles on loops take the detours that they take under a gate: a vehicle leaves its loop where the detour
-    does, and is back on its loop behind the street. A vehicle without a detour, or with stops of its own,
-    stands before the street.
+    does, and is back on its loop behind the street. A vehicle without a detour
+    on which it can make its stops stands before the street.
 
     Parameters
     ----------
@@ -37,8 +37,6 @@ class UngatedClosures:
         The detours, and the path on each.
     own
         By name of a detour, the name of the loop that it replaces.
-    fixed
-        The vehicles that have stops.
     """
 
     def __init__(
@@ -50,10 +48,9 @@ class UngatedClosures:
         recorder: Recorder,
         detours: Sequence[tuple[Loop, Track]],
         own: Mapping[str, str],
-        fixed: frozenset[str],
     ) -> None:
         self._incidents, self._network, self._traffic = incidents, network, traffic
-        self._driving, self._recorder, self._own, self._fixed = driving, recorder, own, fixed
+        self._driving, self._recorder, self._own = driving, recorder, own
         self._ways: defaultdict[str, list[Track]] = defaultdict(list)
         """By name of a loop, the path on it, if it is known, and on its detours."""
         for loop, track in detours:
@@ -99,11 +96,8 @@ class UngatedClosures:
     def _lead(self, diary: Diary, closed: frozenset[str]) -> None:
         """Lead a vehicle to another path where that leaves the present one, or back to its loop."""
         track, name = diary.track, diary.vehicle.name
-        if name in self._waiting:
-            if self._waiting[name] in closed:
-                return
-            del self._waiting[name]
-            self._traffic.release(name)
+        if self._waits(name, closed):
+            return
         if not track.rounds:
             return
         loop = self._own.get(track.loop, track.loop)
@@ -115,8 +109,9 @@ class UngatedClosures:
         here = self._index(diary)
         if here is None:
             return
-        others = () if name in self._fixed else (*self._known(loop), *self._ways[loop])
-        for other in others:
+        for other in (*self._known(loop), *self._ways[loop]):
+            if not self._driving.stops.may_take(name, other):
+                continue
             if other.loop == track.loop or not closed.isdisjoint(edge for _, edge in other.edges):
                 continue
             there = self._leaves(track, here, other, closed) if passes else self._meets(track, here, other)
@@ -124,6 +119,14 @@ class UngatedClosures:
                 self._turn(diary, other, here, there)
                 return
         self._keep_out(diary, here, closed)
+
+    def _waits(self, vehicle: str, closed: frozenset[str]) -> bool:
+        """Return whether a vehicle stands before a closed street; let it go if the street is open again."""
+        if self._waiting.get(vehicle) in closed:
+            return True
+        if self._waiting.pop(vehicle, None) is not None:
+            self._traffic.release(vehicle)
+        return False
 
     def _known(self, loop: str) -> tuple[Track, ...]:
         return (self._loops[loop],) if loop in self._loops else ()
@@ -174,6 +177,7 @@ class UngatedClosures:
 
     def _turn(self, diary: Diary, track: Track, here: int, there: int) -> None:
         vehicle = diary.vehicle
+        self._driving.stops.takes_back(vehicle)
         self._traffic.lead(vehicle.name, track.onward(there))
         at_m = vehicle.front_m % vehicle.lap_m
         by_m = track.edges[there][0] + at_m - diary.track.edges[here][0] - vehicle.front_m
@@ -181,6 +185,7 @@ class UngatedClosures:
         vehicle.front_m += by_m
         self._driving.fronts.shift(vehicle.row, by_m)
         diary.turns_off(track, diary.path, by_m)
+        self._driving.stops.turned_off(vehicle, track)
         self._led[vehicle.name] += 1
         edge = track.edges[there][1]
         self._recorder.note(self._traffic.now_s, vehicle.name, Event.REROUTE, edge, track.loop)

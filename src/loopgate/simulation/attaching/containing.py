@@ -8,7 +8,7 @@ from dataclasses import replace
 from math import inf, isfinite
 from typing import Any
 
-from loopgate.abstraction.itinerary import round_routes
+from loopgate.abstraction.itinerary import Track, round_routes
 from loopgate.control.diary import Diary
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
@@ -39,7 +39,7 @@ class OwnersStanding:
 
     def at_long_stop(self) -> list[str]:
         """Return the vehicles that stand on the road at a stop that is long or has no known end."""
-        held = [v for v in self._queue.fleet.diaries if self.keeps_loop(v) and self._traffic.at_own_stop(v)]
+        held = [v for v in self._queue.fleet.diaries if self._stops(v) and self._traffic.at_own_stop(v)]
         stops = {vehicle: self._traffic.stays_s(vehicle) for vehicle in held}
         self._at_stops = {
             vehicle: None
@@ -52,8 +52,11 @@ class OwnersStanding:
         """Return the vehicles that the owner has named, and the vehicles at long stops."""
         return [*(one.vehicle for one in self.incidents.breakdowns), *self.at_long_stop()]
 
-    def keeps_loop(self, vehicle: str) -> bool:
-        """Return whether the owner has set a stop for a vehicle, so that it must stay on its loop."""
+    def may_take(self, vehicle: str, track: Track) -> bool:
+        """Return whether a vehicle may change to a path: not while the owner has set a stop for it."""
+        return not self._stops(vehicle) or track.loop == self._queue.fleet.diaries[vehicle].track.loop
+
+    def _stops(self, vehicle: str) -> bool:
         return isfinite(self._queue.fleet.diaries[vehicle].vehicle.stop_m)
 
 
