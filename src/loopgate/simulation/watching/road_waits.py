@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Container, Iterable, Iterator, Sequence
+from heapq import heappop, heappush
 from itertools import islice, product
 from math import inf
 from typing import NamedTuple, Protocol
@@ -371,7 +372,6 @@ class RoadWaits:
         The second value is how far the end of `lane`'s beginning is along each.
         """
         end_m = 0.0
-        before, _ = self._road.edges_around(vehicle)
         while over_m > end_m:
             of = self._network.lanes[lane]
             if of.internal:
@@ -382,6 +382,7 @@ class RoadWaits:
                 lane = ways[0].via[at - 1] if at else ways[0].from_id
             else:
                 onto = [way for one in self._network.edges[of.edge].lanes for way in self._to.get(one.id, ())]
+                before, _ = self._road.edges_around(vehicle)
                 onto = [way for way in onto if way.from_edge == before]
                 ways = [way for way in onto if way.to_id == lane] or onto  # it may have changed lanes
                 if not ways or end_m:
@@ -431,14 +432,21 @@ class RoadWaits:
 
     def _next_from(self, lane: str, within_m: float) -> Iterator[str]:
         """Yield the vehicles that come next to the end of a lane, within a distance of it [m]."""
-        if some := self._fronts.get(lane):
-            yield some[-1].vehicle
-            return
-        left_m = within_m - self._network.lanes[lane].length_m
-        if left_m > 0.0:
+        ahead, seen = [(0.0, lane)], {lane}
+        while ahead:
+            before_m, lane = heappop(ahead)
+            if some := self._fronts.get(lane):
+                yield some[-1].vehicle
+                continue
+            before_m += self._network.lanes[lane].length_m
+            if before_m >= within_m:
+                continue
             for way in self._to.get(lane, ()):
                 inside = [one.vehicle for over in way.via for one in self._fronts.get(over, ())]
-                yield from inside or self._next_from(way.from_id, left_m)
+                yield from inside
+                if not inside and way.from_id not in seen:
+                    seen.add(way.from_id)
+                    heappush(ahead, (before_m, way.from_id))
 
 
 class SimulatedRoad:

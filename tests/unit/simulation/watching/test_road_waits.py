@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
-from loopgate.network import RoadNetwork
+from loopgate.network import Connection, Edge, RoadNetwork
+from loopgate.network.road import Lane
 from loopgate.simulation.watching.road_waits import LeadsOn, RoadWaits
 
 NETWORK = RoadNetwork.open("networks/grid5-priority.net.xml")
@@ -108,3 +111,42 @@ def test_a_light_that_is_red_ends() -> None:
         waits = RoadWaits(network, scene)
         waits.look()
         assert waits.of("a", LONG_S) == sets
+
+
+def test_many_short_lanes_before_a_junction_are_looked_at_once() -> None:
+    """Ten streets of a metre lead to each of ten others, ten times over: ten to the tenth ways."""
+    many = range(10)
+    names = [[f"s{step}x{k}" for k in many] for step in many]
+    edges = {
+        name: Edge(name, f"j{step}", f"j{step + 1}", (_short(name),))
+        for step, row in enumerate(names)
+        for name in row
+    }
+    ways = tuple(
+        Connection(one, 0, other, 0, (), "s", f"j{step + 1}", -1, None)
+        for step, (row, following) in enumerate(pairwise(names))
+        for one in row
+        for other in following
+    )
+    lanes = {edge.lanes[0].id: edge.lanes[0] for edge in edges.values()}
+    network = RoadNetwork(
+        name="short", file=Path("short"), edges=edges, lanes=lanes, junctions={}, connections=ways
+    )
+    scene = Scene({"a": ("s8x0_0", 0.5), "b": ("s0x3_0", 0.5)}, {"a": ("s7x0", ["s9x0"])})
+    waits = RoadWaits(network, scene)
+    waits.look()
+    assert waits.of("a", LONG_S) == [["b"]]
+
+
+def _short(name: str) -> Lane:
+    return Lane(
+        id=f"{name}_0",
+        edge=name,
+        index=0,
+        internal=False,
+        length_m=1.0,
+        speed_mps=10.0,
+        width_m=3.2,
+        shape=((0.0, 0.0), (1.0, 0.0)),
+        allowed=frozenset({"passenger"}),
+    )
