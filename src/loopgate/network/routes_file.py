@@ -250,7 +250,7 @@ def read_loops(
 
     Types, vehicles and routes may also be in additional files. A route may be inside a vehicle or flow; the
     loop then has the name of the vehicle or flow. A route is closed if its last edge leads to its first edge,
-    or is its first edge; `repeat` is not needed.
+    or is its first edge after others; `repeat` is not needed.
 
     Raises `RouteError` if the file cannot be read or has no route, or a route is not a loop that its vehicle
     can drive; the message names file, route and edge.

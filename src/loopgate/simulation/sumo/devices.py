@@ -23,6 +23,13 @@ _CLOSES = ("closingReroute", "closingLaneReroute")
 _LEADS = ("destProbReroute", "routeProbReroute")
 
 
+_NO_NEED = "leave it out, as vehicles on loops keep circling without it"
+_LEADS_OFF = (
+    "leads it off its way at {}: for vehicles that keep circling, write the round as a route whose last edge "
+    "leads to its first, and leave the rerouter out"
+)
+
+
 def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop], idle: Collection[str] = ()) -> None:
     """Refuse closed roads, rerouters and calibrators on loops that affect all vehicles.
 
@@ -96,7 +103,7 @@ def led_off(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> dict[st
                 continue
             shut = next((edge for edge in way[first:] if edge in closes), "")
             if leads or shut:
-                does = f"leads it off its way at {way[first]}" if leads else f"closes {shut} on its way"
+                does = _LEADS_OFF.format(way[first]) if leads else f"closes {shut} on its way"
                 found.setdefault(vehicle.id, f"rerouter {rerouter.get('id', '')} {does}")
     return found
 
@@ -129,7 +136,7 @@ def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
         )
     if not element.get("vTypes") and next(_inside(element, _LEADS), None) is not None:
         for at in _words(element, "edges"):
-            yield at, "leads vehicles off loop {loop} at {edge}; give it vTypes of others"
+            yield at, f"leads vehicles off loop {{loop}} at {{edge}}; {_NO_NEED}, or give it vTypes of others"
 
 
 LEADING = {
