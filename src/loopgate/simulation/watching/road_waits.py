@@ -41,6 +41,9 @@ _BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
 """What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
 on a lane within the third [m]."""
 
+_MOST_SETS = 4
+"""So many sets of vehicles are kept for each way of several."""
+
 _WIDTH_M, _APART_M = 1.8, 3.0
 """A vehicle cannot pass nearer than this to the middle of another's body where their ways cross, and where
 they part or merge [m]."""
@@ -516,10 +519,12 @@ def _part(line: LineString, from_m: float, to_m: float) -> LineString:
 def _of_all(every: Sequence[Sequence[Sequence[str]]]) -> list[list[str]]:
     """Return the sets of a vehicle with several ways to go on, from the sets of each way.
 
-    It can go on as soon as one way is free, so each set takes one set of every way.
+    It can go on as soon as one way is free, so each set takes one set of every way. Of many sets some are
+    left out: then the vehicle only seems more free than it is.
     """
     if not every or not all(every):
         return []
     if len(every) == 1:
         return [list(some) for some in every[0]]
-    return [sorted({one for some in chosen for one in some}) for chosen in product(*every)]
+    few = _MOST_SETS if len(every) <= _MOST_SETS else 2
+    return [sorted({one for some in chosen for one in some}) for chosen in product(*(s[:few] for s in every))]
