@@ -58,8 +58,13 @@ class _CarPark(NamedTuple):
 
 
 def line_up(ledger: Ledger, vehicle: Vehicle) -> None:
-    """Put a vehicle where it belongs in the line of its place: other vehicles may have passed it."""
+    """Put a vehicle where it belongs in the line of its place: other vehicles may have passed it.
+
+    While a vehicle returns to the place, its line stays as it was when the rules let the vehicle return.
+    """
     place = vehicle.leg.place
+    if vehicle in place.line and any(other.beside for other in place.line):
+        return
     before, others = place.line, [other for other in place.line if other is not vehicle]
     place.line = line = _in_order([*others, vehicle])
     for other in others[:1]:
@@ -99,7 +104,8 @@ def mend_order(ledger: Ledger, places: Iterable[Place]) -> int:
     mended = 0
     for place in places:
         line = place.line
-        if any(_left_m(a) > _left_m(b) + _SAME_M for a, b in pairwise(line)):
+        returns = any(one.beside for one in line)
+        if not returns and any(_left_m(a) > _left_m(b) + _SAME_M for a, b in pairwise(line)):
             line_up(ledger, line[0])
             mended += 1
     return mended

@@ -7,7 +7,7 @@ import pytest
 from loopgate.control.chain import circle_from, closes, closes_by_entering
 from loopgate.control.departures import AT_LIGHTS, is_crowded
 from loopgate.control.ledger import Ledger
-from loopgate.control.parking import come_back, has_slot_for, mend_order, put_in_order
+from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
 from loopgate.control.places import Leg, Make, Place, Vehicle, joined, path_of
 from loopgate.control.refusal import Refusal
 from loopgate.control.rules import usual
@@ -151,6 +151,9 @@ def test_one_that_parks_gives_up_its_slot_and_comes_back_where_it_stands() -> No
     come_back(ledger, parks)
     assert a.line == [parks, last]
     assert not last.asks  # it is first no longer
+    last.front_m = 25.0
+    line_up(ledger, parks)
+    assert a.line == [parks, last]  # the order that the rules allowed, whoever drives past meanwhile
     assert ledger.step_aside(parks)  # SUMO has not let it onto the road: the one behind goes first again
     assert (a.line, len(a.bodies)) == ([last], 2)  # the first has not left it yet
     ledger.ask(last)
