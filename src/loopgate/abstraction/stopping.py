@@ -75,9 +75,10 @@ def _fit(way: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
         start_m = min(stop.start_m, end_m - _LEAST_M)
         shorter = replace(stop, start_m=start_m, end_m=end_m, arc_m=stop.arc_m - in_m + last_m)
         return _fit(way, kind, shorter, what)
-    if in_m - _SHORT_M < kind.length_m:
+    if in_m - stop.lot_m - _SHORT_M < kind.length_m:
+        first_m = stop.end_m - stop.lot_m  # of its first lot
         msg = (
-            f"{what} ends at {stop.end_m:g} m of lane {stop.lane}: a vehicle of {kind.length_m:g} m would "
+            f"{what} ends at {first_m:g} m of lane {stop.lane}: a vehicle of {kind.length_m:g} m would "
             f"reach back out of place {leg.state}, into others' way; let it end at "
             f"{offset_m + kind.length_m + _SHORT_M:.1f} m, or later"
         )

@@ -4,7 +4,7 @@ A vehicle returns when its stop is over, and two things hold in the same step: t
 its place, and no vehicle that drives, stands or returns is in the gap that it needs. The ledger then gives it
 the slot, and its position in the line: the vehicles behind it can brake, so none passes it before it is on
 the road. If SUMO keeps it off the road in that step, it gives the slot back. Under a gate other than the
-chain rule, parked vehicles keep their slots.
+chain rule no vehicle parks.
 """
 
 from __future__ import annotations

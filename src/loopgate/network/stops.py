@@ -75,7 +75,7 @@ class StoppingPlace:
     """A stopping place of an additional file: its kind, lane, position on the lane [m], and file.
 
     `on_road`: whether the vehicles in a parking area stand on the road. `spaces`: coordinates of those of its
-    lots that do not lie along the lane [m].
+    lots that do not lie along the lane [m]. `lots`: number of those that do.
     """
 
     kind: str
@@ -85,6 +85,7 @@ class StoppingPlace:
     file: Path
     on_road: bool = False
     spaces: tuple[tuple[float, float], ...] = ()
+    lots: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +111,8 @@ class Stop:
     """What the vehicle waits for before it goes on: ``person``, ``container``."""
     parks: bool = False
     """Whether the vehicle stands beside the lane."""
+    lot_m: float = 0.0
+    """How far before `end_m` the first lot along the lane is [m]: vehicles may stand there too."""
     spaces: tuple[tuple[float, float], ...] = ()
     """Coordinates of the lots that do not lie along the lane: vehicles return from them at `end_m` [m]."""
     told: tuple[tuple[str, str], ...] = ()
@@ -158,9 +161,10 @@ def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
                 (_metres(what, space, "x", 0.0), _metres(what, space, "y", 0.0))
                 for space in element.findall("space")
             )
+            lots = int(_metres(what, element, "roadsideCapacity", 0.0))
             on_road = element.get("onRoad", "false") in {"true", "1"}
             found[name] = StoppingPlace(
-                _KINDS[element.tag], lane, start_m, end_m, file, on_road=on_road, spaces=spaces
+                _KINDS[element.tag], lane, start_m, end_m, file, on_road=on_road, spaces=spaces, lots=lots
             )
     return found
 
@@ -230,6 +234,7 @@ def _stop(
         triggers=triggers,
         parks=not area.on_road if area else parking in {"true", "1"},
         spaces=area.spaces if area else (),
+        lot_m=(end_m - start_m) * (1.0 - 1.0 / area.lots) if area and area.lots else 0.0,
         told=_told(element, what),
         any_lane=kind == "lane" and not element.get("lane"),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -24,6 +24,7 @@ from loopgate.gates import Gate
 from loopgate.model import StateId
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
+from loopgate.network.stops import Stop
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.asked_gate import NEVER_FULL, AskedGate, Deciding, JoinedGate
 from loopgate.simulation.assembly import Assembly
@@ -61,11 +62,27 @@ def check(scenario: Scenario, assembly: Assembly) -> None:
 
 
 def _kept(assembly: Assembly, driving: Driving) -> tuple[str, ...]:
-    """Return the warning about vehicles that keep their slots while they park."""
+    """Return the warning about vehicles that stand on the road where they would park."""
     names = [stop.name for some in assembly.stops.values() for stop in some if stop.parks]
     if driving.ledger.by_chain or not names:
         return ()
-    return (f"stops: while a vehicle parks, as at {names[0]}, no other vehicle enters its place",)
+    return (f"stops: under this gate vehicles that park, as at {names[0]}, stand on the road meanwhile",)
+
+
+def _made_stops(assembly: Assembly, ledger: Ledger) -> Mapping[str, Sequence[Stop]]:
+    """Return the stops as vehicles make them: under a gate other than the chain rule on the road only.
+
+    Such a gate needs each vehicle to be in a place, and a vehicle beside the road would be passed there.
+    """
+    if ledger.by_chain:
+        return assembly.stops
+    on_road = {
+        stop: replace(stop, kind="lane", parks=False, spaces=())
+        for some in assembly.stops.values()
+        for stop in some
+        if stop.parks
+    }
+    return {name: tuple(on_road.get(stop, stop) for stop in some) for name, some in assembly.stops.items()}
 
 
 def slots_of(assembly: Assembly) -> dict[str, int]:
@@ -158,7 +175,7 @@ def make_driving(
         PlaceLayout(slots_of(assembly), drawn, signals, roads.add if roads else None),
         ledger,
         sight=roads.sight if roads else None,
-        stops=assembly.stops,
+        stops=_made_stops(assembly, ledger),
         has_room=roads.has_room if roads else lambda _: True,
         spacing=spacing,
     )
