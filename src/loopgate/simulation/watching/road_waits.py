@@ -28,8 +28,12 @@ _SURELY_S = 20.0
 _TOUCHING_M = 3.0
 """A vehicle stands because of its leader if the gap is at most the minimum gap and this [m]."""
 
-_CREEP_M, _ROUNDING_M = 3.0, 0.005
-"""A driver may creep so far up to the leader, some millimetres a second; what is less is no move [m]."""
+_CREEP_M, _CLEARS_M, _ROUNDING_M = 3.0, 10.0, 0.005
+"""A driver may creep so far up to the leader, some millimetres a second, or so far over a junction; what is
+less than the last is no move [m]."""
+
+_ALL_BUT_M = 0.5
+"""A rear with so little left on a lane inside a junction is in nobody's way [m]."""
 
 _AT_JUNCTION_M = 15.0
 """A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
@@ -134,6 +138,8 @@ class RoadWaits:
         self._lane: dict[str, tuple[str, float]] = {}
         self._creeping: set[str] = set()
         """The vehicles that have moved at all since the last look."""
+        self._unsettled = False
+        """Whether a body is in the way of the vehicle looked at that creeps, and so may come past it."""
 
     def look(self) -> None:
         """Take in where all vehicles are now."""
@@ -163,11 +169,11 @@ class RoadWaits:
             return []
         at_end = self._network.lanes[lane].internal or self._left_m(lane, front_m) <= _AT_JUNCTION_M
         ways = self._ways(vehicle, lane) if at_end else []
+        self._unsettled = False
         sets = self._by_bodies(vehicle, lane, front_m)
         if not at_end and len(sets) == 1 and len(sets[0]) == 1:
             return sets  # it stands in a queue
-        opens = any(self._opens(vehicle, lane, way) for way in ways)
-        if not opens and stood_s >= self._until_sure_s(vehicle, lane, ways):
+        if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = sorted(self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle})
             sets += [around] if around else []
         return sets
@@ -297,27 +303,21 @@ class RoadWaits:
         over_m = sum(self._network.lanes[one].length_m for one in via) - front_m if inside else 0.0
         found = self._without_space(vehicle, way, gap_m + (_TOUCHING_M if inside else length_m) - over_m)
         path = self._line(via if inside or len(via) == 1 else via[:-1])  # it can wait before the last lane
-        if path is not None and inside:
-            path = _part(path, front_m * path.length / max(1e-6, over_m + front_m), path.length)
         if path is not None:
+            begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
+            path = _part(path, begin_m, path.length if inside else gap_m + _CREEP_M / 2)
             found += self._across(vehicle, way, path, over_m, inside=inside)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
         """Return the vehicle that stands nearer than `needs_m` beyond a movement [m] for good."""
         last, lacks_m = self._last_beyond(vehicle, way, needs_m)
-        return [last.vehicle] if last and not self._clears(last, lacks_m) else []
-
-    def _opens(self, vehicle: str, lane: str, way: Connection) -> bool:
-        """Return whether a vehicle beyond a movement creeps ahead, so that there will be space some day."""
-        if lane in way.via:
-            return False
-        last, lacks_m = self._last_beyond(vehicle, way, sum(self._road.size(vehicle)))
-        return last is not None and self._clears(last, lacks_m)
-
-    def _clears(self, last: Occupant, lacks_m: float) -> bool:
-        """Return whether a vehicle creeps, and may come so much farther [m]."""
-        return lacks_m <= _CREEP_M and last.vehicle in self._creeping
+        if last is None:
+            return []
+        if lacks_m <= _CREEP_M and last.vehicle in self._creeping:
+            self._unsettled = True
+            return []
+        return [last.vehicle]
 
     def _last_beyond(self, vehicle: str, way: Connection, needs_m: float) -> tuple[Occupant | None, float]:
         """Return the next vehicle beyond a movement if it is nearer than `needs_m`, and what lacks [m]."""
@@ -339,35 +339,47 @@ class RoadWaits:
                     edges = edges[1:]
         return None, 0.0
 
-    def _left_over(self, way: Connection, lane: str, front_m: float) -> float:
-        """Return how far it is from a position inside a junction to its end [m]."""
-        return sum(self._network.lanes[one].length_m for one in way.via[way.via.index(lane) :]) - front_m
+    def _left_over(self, way: Connection, lane: str, one: Occupant) -> float:
+        """Return how far it is from a vehicle inside a junction to the end of a movement [m]."""
+        via = way.via[way.via.index(lane) :]
+        return sum(self._network.lanes[other].length_m for other in via) - one.front_m
 
     def _across(
         self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
     ) -> list[str]:
-        """Return the vehicles whose bodies cross a path."""
+        """Return the vehicles whose bodies cross a path for good."""
         found = []
         for other in self._at[way.junction]:
+            merges = other is not way and way.to_id == other.to_id
             for lane in (*other.via, other.to_id):
+                on_exit = lane == other.to_id
+                apart_m = _APART_M if way.from_id == other.from_id or (merges and not on_exit) else _WIDTH_M
                 for one in self._bodies.get(lane, ()):
-                    if one.vehicle in found or one.vehicle == vehicle:
+                    if one.vehicle in found or one.vehicle == vehicle or self._is_past(one, lane, on_exit):
                         continue
-                    on_exit = lane == other.to_id
-                    if on_exit and one.rear_m >= 0.0:
-                        continue
-                    line = self._line((lane,))
-                    if line is None:
-                        continue
-                    scale = line.length / max(1e-6, self._network.lanes[lane].length_m)
-                    body = _part(line, one.rear_m * scale, one.front_m * scale)
-                    merges = other is not way and way.to_id == other.to_id and not on_exit
-                    if merges and inside and self._left_over(other, lane, one.front_m) >= left_m:
+                    if merges and inside and not on_exit and self._left_over(other, lane, one) >= left_m:
                         continue  # it comes after
-                    beside = merges or way.from_id == other.from_id
-                    if body.distance(path) < (_APART_M if beside else _WIDTH_M):
+                    if self._distance_m(one, lane, path) >= apart_m:
+                        continue
+                    ahead = Occupant(one.vehicle, one.front_m + _CLEARS_M, one.rear_m + _CLEARS_M)
+                    if one.vehicle in self._creeping and self._distance_m(ahead, lane, path) >= apart_m:
+                        self._unsettled = True
+                    else:
                         found.append(one.vehicle)
         return found
+
+    def _is_past(self, one: Occupant, lane: str, on_exit: bool) -> bool:  # noqa: FBT001  of the lane
+        """Return whether a vehicle is with its rear on the exit of a junction, or all but there."""
+        return one.rear_m >= (0.0 if on_exit else self._network.lanes[lane].length_m - _ALL_BUT_M)
+
+    def _distance_m(self, one: Occupant, lane: str, path: LineString) -> float:
+        """Return the distance between a path and the part of a body that is on a lane [m]."""
+        line = self._line((lane,))
+        length_m = self._network.lanes[lane].length_m
+        if line is None or one.rear_m >= length_m:
+            return inf
+        scale = line.length / max(1e-6, length_m)
+        return float(_part(line, one.rear_m * scale, one.front_m * scale).distance(path))
 
     def _behind(self, vehicle: str, lane: str, over_m: float) -> Iterator[tuple[str, float]]:
         """Yield the lanes behind a lane that so much of a vehicle is still on, and their lengths [m].

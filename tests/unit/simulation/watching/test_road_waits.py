@@ -15,7 +15,6 @@ from loopgate.simulation.watching.road_waits import LeadsOn, RoadWaits
 
 NETWORK = RoadNetwork.open("networks/grid5-priority.net.xml")
 (WAY,) = NETWORK.between("B2C2", "C2D2")
-(LEFT,) = NETWORK.between("C1C2", "C2B2")
 END_M = NETWORK.lanes["B2C2_0"].length_m
 LONG_S = 1000.0
 
@@ -67,8 +66,7 @@ HEAD = ("B2C2_0", END_M - 1.0)
         ({"b": ("C2D2_0", 6.0)}, [["b"]]),  # no room for it behind b
         ({"b": ("C2D2_0", 20.0)}, []),
         ({"b": (WAY.via[0], 8.0)}, [["b"]]),
-        ({"b": (LEFT.via[-1], 5.0)}, [["b"]]),  # inside, and not past the way of a
-        ({"b": ("C2C1_0", 0.3)}, [["b"]]),  # past it, but for its rear
+        ({"b": ("C2C1_0", 0.3)}, []),  # its rear is across the way, but a can drive up to it
         ({"b": ("C2C1_0", 12.0)}, []),
         ({"b": ("D2C2_0", END_M - 1.0)}, []),  # before the junction it is in nobody's way
     ],
@@ -81,12 +79,19 @@ def test_the_first_in_line_waits_for_bodies_in_its_way(
     assert Scene({"a": HEAD, **others}, edges).sets() == sets
 
 
-def test_inside_a_junction_before_the_last_edge_a_vehicle_waits_like_any_other() -> None:
-    """Its route ends on the next edge; SUMO tells no next link then."""
-    scene = Scene({"a": (WAY.via[0], 2.0), "b": ("C2D2_0", 2.0)}, {"a": ("B2C2", ["C2D2"])})
-    short = NETWORK.lanes[WAY.via[0]].length_m
-    scene.at = {"a": (WAY.via[0], short - 1.0), "b": ("C2D2_0", 7.0)}
-    assert scene.sets() == [["b"]]
+@pytest.mark.parametrize("after", [["C2D2"], ["C2D2", "D2E2"]])
+@pytest.mark.parametrize(
+    ("other", "waits"), [(("C2D2_0", 7.0), True), (("C2C1_0", 0.3), True), (("C2C1_0", 12.0), False)]
+)
+def test_inside_a_junction_a_vehicle_waits_for_bodies_on_the_rest_of_its_way(
+    other: tuple[str, float], after: list[str], *, waits: bool
+) -> None:
+    """Also before the last edge of its route, where SUMO tells no next link."""
+    beyond = other[0] == "C2D2_0"
+    inside_m = NETWORK.lanes[WAY.via[0]].length_m - 1.0 if beyond else 1.0
+    edges = {"a": ("B2C2", after), "b": ("B2C2" if beyond else "C3C2", [])}
+    scene = Scene({"a": (WAY.via[0], inside_m), "b": other}, edges)
+    assert scene.sets() == ([["b"]] if waits else [])
 
 
 def test_a_queue_waits_for_its_leader_only() -> None:
