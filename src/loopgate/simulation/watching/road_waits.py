@@ -305,7 +305,9 @@ class RoadWaits:
         path = self._line(via if inside or len(via) == 1 else via[:-1])  # it can wait before the last lane
         if path is not None:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
-            path = _part(path, begin_m, path.length if inside else gap_m + _CREEP_M / 2)
+            # Who stands before the junction for lack of space beyond it only can drive in when there is some.
+            near = bool(found) and not inside
+            path = _part(path, begin_m, gap_m + _CREEP_M / 2 if near else path.length)
             found += self._across(vehicle, way, path, over_m, inside=inside)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
