@@ -66,7 +66,8 @@ HEAD = ("B2C2_0", END_M - 1.0)
         ({"b": ("C2D2_0", 6.0)}, [["b"]]),  # no room for it behind b
         ({"b": ("C2D2_0", 20.0)}, []),
         ({"b": (WAY.via[0], 8.0)}, [["b"]]),
-        ({"b": ("C2C1_0", 0.3)}, []),  # its rear is across the way, but a can drive up to it
+        ({"b": ("C2C1_0", 0.3)}, [["b"]]),  # past it, but for its rear
+        ({"b": ("C2C1_0", 0.3), "c": ("C2D2_0", 6.0)}, [["c"]]),  # with room beyond, a drives up to b
         ({"b": ("C2C1_0", 12.0)}, []),
         ({"b": ("D2C2_0", END_M - 1.0)}, []),  # before the junction it is in nobody's way
     ],
