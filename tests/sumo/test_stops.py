@@ -173,6 +173,25 @@ def test_who_parks_lets_others_by_and_comes_back_into_a_busy_street(tmp_path: Pa
     assert counts["return"] > 60
 
 
+def test_who_returns_from_beside_the_road_lets_ordinary_vehicles_by(tmp_path: Path) -> None:
+    """SUMO does not ask those who come along the lane whether they can still brake."""
+    text, places = beside("lots")
+    draw = Random(1)
+    ways = [
+        (draw.choice(("B0B1", "E4D4", "D4D3")), draw.choice(("C4B4", "D0E0", "C0D0"))) for _ in range(250)
+    ]
+    trips = "".join(
+        f'<trip id="o{k}" depart="{1.6 * k:.1f}" from="{begin}" to="{end}"/>'
+        for k, (begin, end) in enumerate(ways)
+    )
+    others = tmp_path / "others.rou.xml"
+    others.write_text(f"<routes>{trips}</routes>", encoding="utf-8")
+    summary = run(tmp_path, text, places, traffic=str(others), duration_s=400.0, seed=2)
+    assert (summary["collisions"], summary["stops"]["missed"]) == (0, 0)
+    assert summary["others"]["vehicles"] > 100
+    assert summary["stops"]["served"] > 40
+
+
 @pytest.mark.parametrize("kind", ["lots", "mid-lane"])
 def test_under_other_gates_vehicles_that_park_stand_on_the_road(kind: str, tmp_path: Path) -> None:
     """Another gate knows of no vehicle that is in no place, and beside the road others would pass it."""

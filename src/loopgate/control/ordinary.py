@@ -19,11 +19,14 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import Final
 
-from loopgate.control.places import STANDING_MPS, Vehicle, time_s
+from loopgate.control.places import STANDING_MPS, Vehicle, braking_m, time_s
 from loopgate.control.refusal import Refusal, Rule
-from loopgate.control.roads import BEYOND_M, Coming, Lookout, Other
+from loopgate.control.roads import BEYOND_M, Coming, Lookout, Other, RoadEdge
 from loopgate.control.sight import HORIZON_S, Sight
 from loopgate.control.slack import Slack, fit_beside
+
+_REACTION_S: Final = 1.0
+"""Reaction time of drivers [s]: SUMO's default."""
 
 _SETS_OUT_S: Final = 5.0
 """A vehicle that has stood longer than this at its stop line, though it may drive, has
@@ -167,3 +170,51 @@ def _is_over_s(vehicle: Vehicle, lookout: Lookout, left_m: float) -> float:
     if wait_m == 0.0:
         going = min(top, sqrt(vehicle.speed * vehicle.speed + 2.0 * make.accel * max(0.0, left_m)))
     return over_s + time_s(lookout.length_m - wait_m + make.length_m, going, make.accel, top)
+
+
+def lets_return(vehicle: Vehicle, step_s: float) -> bool:
+    """Return whether ordinary vehicles leave the gap that a parked vehicle needs, and can brake behind it.
+
+    SUMO does not ask the vehicles behind, and the gated vehicle would drive in front of them.
+    """
+    here = vehicle.leg.stretch
+    if here is None:
+        return True
+    front_m = here.end_m - vehicle.left_m()
+    rear_m = front_m - vehicle.make.length_m
+    for other in here.lane.fronts:
+        if other.position_m < rear_m:
+            if rear_m - other.position_m < _brakes_behind_m(other, vehicle, step_s):
+                return False
+        elif other.position_m - other.length_m < front_m + vehicle.make.gap_m:
+            return False
+    for rear in here.lane.rears:
+        if rear_m < rear.rear_m < front_m + vehicle.make.gap_m:
+            return False
+    for other in here.lane.edge.coming:
+        if _way_to_m(other, here.lane.edge) + rear_m < _brakes_behind_m(other, vehicle, step_s):
+            return False
+    return True
+
+
+def _way_to_m(other: Other, edge: RoadEdge) -> float:
+    """Return how far an ordinary vehicle drives until it comes to an edge of its route [m]."""
+    lane = other.lane
+    if lane is None or other.parks:
+        return inf
+    way_m = lane.length_m - other.position_m
+    for number in range(other.at, len(other.edges) - 1):
+        turn = other.turns[number]
+        if turn is not None and not (lane.inside and number == other.at):
+            way_m += turn.through_m
+        if other.edges[number + 1] is edge:
+            return way_m
+        way_m += other.edges[number + 1].length_m
+    return inf
+
+
+def _brakes_behind_m(other: Other, vehicle: Vehicle, step_s: float) -> float:
+    """Return the gap that an ordinary vehicle needs to brake for a vehicle that returns ahead of it [m]."""
+    fast = other.speed + other.accel * step_s
+    drives_s = 2.0 * step_s + _REACTION_S  # it was seen a step ago
+    return vehicle.make.gap_m + fast * drives_s + braking_m(fast, other.decel, step_s)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from loopgate.abstraction.itinerary import DrawnLeg
 from loopgate.control.lamps import Lamp
+from loopgate.control.ordinary import lets_return
 from loopgate.control.places import Leg, Vehicle
 from loopgate.control.roads import Across, Approach, Lookout, RoadEdge, RoadLane, RoadStretch, RoadTurn
 from loopgate.control.sight import Map, Sight
@@ -51,7 +52,7 @@ class LaidRoads:
     """
 
     def __init__(self, network: RoadNetwork, traffic: Traffic, lamp: Callable[[str], Lamp]) -> None:
-        self._find, self._lamp = CrossingWays(network), lamp
+        self._find, self._lamp, self._step_s = CrossingWays(network), lamp, traffic.step_s
         self.map = map_of(network)
         self.sight = Sight(self.map, traffic)
         self.slack = Slack()
@@ -77,8 +78,10 @@ class LaidRoads:
         self.slack.know(path)
 
     def has_room(self, vehicle: Vehicle) -> bool:
-        """Return whether ordinary vehicles leave space for a parked vehicle to return."""
-        return not self.sight.others or self.slack.has_room(vehicle)
+        """Return whether ordinary vehicles leave a parked vehicle space to return, and can brake for it."""
+        if not self.sight.others:
+            return True
+        return self.slack.has_room(vehicle) and lets_return(vehicle, self._step_s)
 
     def report(self) -> dict[str, Any]:
         """Return the figures of ordinary traffic for ``summary.json``."""
