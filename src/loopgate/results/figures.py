@@ -152,6 +152,7 @@ def _blocked(summary: Summary) -> Rows:
         return []
     first, *more = standing["blocked"]
     text = f"{first['place']} ({first['why']}) from {first['from_s']:.0f} s"
+    text += f" to {first['to_s']:.0f} s" if first["to_s"] is not None else " on"
     others = f", and {len(more)} more" if more else ""
     return [("blocked", f"{text}{others}; {counted(standing['led_round'], 'vehicle')} led round")]
 
