@@ -98,6 +98,7 @@ def test_a_request_from_behind_another_vehicle_keeps_nothing_from_that_vehicle()
     behind = ledger.take_in("behind", path_of([a, b], closed=True), 0)
     ledger.ask(behind)
     ledger.answer(70.0)
+    assert [place.mover for place in (a, b, c)] == [None, None, None]
     ledger.ask(head)
     assert ledger.answer(71.0) == [head, behind]
 
