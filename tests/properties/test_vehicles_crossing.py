@@ -72,17 +72,17 @@ def test_an_ask_waits_for_the_end_of_a_lease_and_is_looked_at_again() -> None:
         assert after.leases == ()
         assert (other in out) is again
         assert not any(one.held for one in after.claims)
-    _, _, out = receive(keeper, Post(8, 2), other, 12.6)
+    _, _, out = receive(keeper, Post(8, 2), other, 13.1)
     assert isinstance(out[0], Grant)
 
 
 def test_an_ask_for_the_same_grant_again_makes_no_lease_of_one_that_is_over() -> None:
     """It is asked what has become of the grant; the vehicle gives it back."""
     keeper, post, _ = receive(Keeper(ACROSS, 2.0), Post(7, 3), Ask(7, 1, 1, 3, 9, (0, 1), 10.0), 10.0)
-    _, _, out = receive(keeper, post, Ask(7, 5, 1, 3, 9, (0, 5), 13.0), 13.0)
+    _, _, out = receive(keeper, post, Ask(7, 5, 1, 3, 9, (0, 5), 13.5), 13.5)
     assert out == []  # it waits behind the grant that nobody has used yet
     _, _, out = receive(
-        keeper, replace(post, waiting=Ask(7, 6, 1, 3, 9, (0, 6))), Ask(7, 5, 1, 3, 9, (0, 5)), 13.0
+        keeper, replace(post, waiting=Ask(7, 6, 1, 3, 9, (0, 6))), Ask(7, 5, 1, 3, 9, (0, 5)), 13.5
     )
     told = next(one for one in out if isinstance(one, Grant))
     assert not cars.in_time(told, 0.0)

@@ -26,6 +26,7 @@ from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles import post as posts
 from loopgate.vehicles import survey, surveyor
 from loopgate.vehicles import vehicle as cars
+from loopgate.vehicles.messages import Ask
 from loopgate.vehicles.post import Post
 from loopgate.vehicles.vehicle import Vehicle
 
@@ -166,11 +167,43 @@ def test_the_same_seed_gives_the_same_messages() -> None:
     assert simulate(short)["by_messages"] == simulate(short)["by_messages"]
 
 
-def test_with_one_in_ten_lost_a_move_takes_fewer_than_six_messages() -> None:
-    """Five, if all are heard; 5.6 if each is said again until it is."""
+@pytest.mark.parametrize(
+    ("where", "name", "instead"),
+    [
+        (keepers, "_conflict", lambda *_: False),
+        (posts, "_decided", lambda post, ask: posts._let_in(replace_kept(post, ask))),
+    ],
+    ids=["leases in conflict", "no slot free"],
+)
+def test_a_broken_rule_is_seen(monkeypatch: pytest.MonkeyPatch, where: Any, name: str, instead: Any) -> None:  # noqa: ANN401  functions of these modules
+    """Nothing that sees all stands between a grant and the road: collisions, or places with too many."""
+    monkeypatch.setattr(where, name, instead)
+    summary = simulate(dataclasses.replace(CROWD, duration_s=200.0))
+    assert summary["collisions"] + len(summary["audit"] if summary["audit"] != "clean" else ()) > 0
+
+
+def replace_kept(post: Post, ask: Ask) -> Post:
+    """Return a post that keeps its last slot for a request, whether it has one or not."""
+    entry = posts.Entry(ask.vehicle, ask.number, ask.then)
+    return dataclasses.replace(post, kept=posts.Kept(ask.vehicle, ask.here, ask.stamp, post.probes, entry))
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [{"spacing": "hold"}, {"negotiation": "oldest"}, {"serve_after_s": 30.0}],
+    ids=lambda one: next(iter(one)),
+)
+def test_what_sees_all_vehicles_is_refused(asked: dict[str, Any]) -> None:
+    """Not accepted in silence."""
+    with pytest.raises(ScenarioError, match="only what they sense and hear"):
+        simulate(dataclasses.replace(CROWD, **asked))
+
+
+def test_with_one_in_ten_lost_a_move_takes_little_more_than_six_messages() -> None:
+    """Five and a half, if all are heard; six if each is said again until it is."""
     found = simulate(dataclasses.replace(CROWD, vehicles=140, duration_s=120.0))["by_messages"]
     assert found["moves"] > 500
-    assert found["per_move"] < 6.0
+    assert found["per_move"] < 6.5
     assert found["given_back"] < 0.0125 * found["moves"]  # twice as many if some do not see who goes first
 
 

@@ -64,7 +64,7 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
         for trip in over.movement.junction.trips:
             foe, shared = foes.get(trip.over.movement), trip.over.foes.get(over.movement)
             # Without a shared stretch the other vehicle has come by this movement, and is followed.
-            if foe is None or shared is None or trip.vehicle is vehicle:
+            if foe is None or shared is None or trip.vehicle is vehicle or not trip.seen:
                 continue
             other = trip.vehicle
             if other.stops_here():
@@ -179,7 +179,7 @@ def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:
     for over in trip.leg.passes:
         for first in over.movement.junction.trips:
             foe = over.foes.get(first.over.movement)
-            if foe is None or first.vehicle is ahead:
+            if foe is None or first.vehicle is ahead or not first.seen:
                 continue
             if first.number < trip.number or inside_m < foe.from_m:
                 shared = first.over.foes.get(over.movement)

@@ -239,18 +239,20 @@ class GrantedPass:
     over the crossing [m]. `number`: the number of the grant. `into`: the vehicle's slot in the place after
     it. `leg`: the leg before it. `light_m`: arc length of its light [m]. `lit`: whether the front is past the
     light. `committed`: whether the vehicle drives on at amber there; valid once `known`. `stood`: whether the
-    vehicle stood at the light.
+    vehicle stood at the light. `seen`: whether other vehicles know of the grant; vehicles that decide by
+    messages see it in the next step.
     """
 
     __slots__ = (
         "clear_m", "committed", "into", "known", "leg", "light_m", "line_m", "lit", "number", "over",
-        "stood", "vehicle",
+        "seen", "stood", "vehicle",
     )  # fmt: skip
 
     def __init__(self, into: Body, leg: Leg, over: Pass, number: int, line_m: float, clear_m: float) -> None:
         self.leg: Final = leg
         self.light_m: Final = line_m + over.ahead_m
         self.lit = self.known = self.committed = self.stood = False
+        self.seen = True
         self.vehicle: Final = into.vehicle
         self.into: Final = into
         self.over: Final = over

@@ -63,6 +63,15 @@ def withheld(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     return Refusal(vehicle.withheld, outside=True) if vehicle.withheld else None
 
 
+def sensed() -> list[Rule]:
+    """Return the rules of vehicles that decide by messages: what each senses by itself.
+
+    These are its own stops, its light, and the vehicles that it sees on its crossing. Whether the next place
+    has a slot only its post knows.
+    """
+    return [stop, light, crossing, withheld]
+
+
 def usual(outside: Sequence[Rule] = ()) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 

@@ -16,7 +16,7 @@ from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
-from loopgate.control.rules import usual
+from loopgate.control.rules import sensed
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.control.start import VehicleStart
 from loopgate.errors import ScenarioError
@@ -34,7 +34,7 @@ from loopgate.simulation.drive import Drive
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
-from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
 from loopgate.simulation.session import Reports, Session, StopFigures
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
@@ -46,15 +46,27 @@ if TYPE_CHECKING:
 
 
 def check(scenario: Scenario, assembly: Assembly) -> None:
-    """Refuse decisions by messages if vehicles depart later, make stops, or drive beside gated vehicles.
+    """Refuse decisions by messages where the protocol lacks a part.
 
     Raises
     ------
     ScenarioError
-        If vehicles decide by messages and there are such vehicles.
+        If vehicles decide by messages, and depart later, make stops or drive beside ordinary vehicles; or if
+        a spacing, a negotiation or a time of service is asked for, which see all vehicles at once.
     """
+    if scenario.by_messages is None:
+        return
+    central = {
+        f"spacing {scenario.rule_for_spacing}": scenario.rule_for_spacing != "none",
+        f"negotiation {scenario.negotiation}": scenario.negotiation != "",
+        f"serve_after {scenario.serve_after_s:g}": scenario.serve_after_s != SERVE_AFTER_S,
+    }
+    for asked, is_asked in central.items():
+        if is_asked:
+            msg = f"decide: vehicles know only what they sense and hear, not what {asked} needs; leave it out"
+            raise ScenarioError(msg)
     beside = (assembly.departures, assembly.stops, assembly.others)
-    if scenario.by_messages is not None and any(beside):
+    if any(beside):
         msg = (
             "decide: vehicles works with loops without stops, whose vehicles are all there from the beginning"
         )
@@ -164,7 +176,7 @@ def make_driving(
             let_vehicles_decide,
         )
 
-        ledger = Ledger(usual(outside), everybody=everybody, step_s=scenario.step_s)
+        ledger = Ledger(sensed(), everybody=everybody, step_s=scenario.step_s)
         asked = None
         by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate)
     else:

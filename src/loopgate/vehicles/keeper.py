@@ -35,7 +35,7 @@ PATIENCE_S, FORGETS_S = 30.0, 5.0
 """A refused vehicle that has waited `PATIENCE_S` keeps its way and the last slot from younger requests, until
 it has not asked for `FORGETS_S` [s]."""
 
-SEEN_S = 0.5
+SEEN_S = 1.0
 """Other vehicles see a vehicle go within this time of its start [s]."""
 
 VOID_S = -1.0

@@ -38,7 +38,7 @@ class ByMessages:
     Parameters
     ----------
     ledger
-        The ledger, without vehicles yet. Its rules but the last are what a vehicle senses by itself.
+        The ledger, without vehicles yet. Its rules are what a vehicle senses by itself.
     names
         The vehicles; all are in the ledger when it answers for the first time.
     itineraries

@@ -20,18 +20,19 @@ from loopgate.errors import ScenarioError
 from loopgate.gates import Reason
 from loopgate.simulation.by_messages.controllers import Controllers
 from loopgate.simulation.by_messages.crossings import crossings
-from loopgate.simulation.by_messages.events import Again, Mind, Patience
+from loopgate.simulation.by_messages.events import Again, Heard, Mind, Patience
 from loopgate.simulation.by_messages.motor import Motor
 from loopgate.simulation.by_messages.radio import Radio
 from loopgate.simulation.by_messages.turns import Turns
 from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles.air import AirSettings
-from loopgate.vehicles.keeper import PATIENCE_S, Keeper, Way
+from loopgate.vehicles.keeper import PATIENCE_S, SEEN_S, Keeper, Way
 from loopgate.vehicles.messages import (
     Ask,
     Changed,
     Clear,
     Goes,
+    Grant,
     Here,
     Left,
     Message,
@@ -64,12 +65,12 @@ _WHY = {
     Why.CIRCLE: Reason.DEADLOCK,
     Why.OLDER: Reason.ANSWER,
     Why.CHANGED: Reason.ANSWER,
-    Why.CROSSING: Reason.CROSSING,
+    Why.CROSSING: Reason.ANSWER,
     Why.LATE: Reason.ANSWER,
 }
 
 
-_Timed = Patience | Mind | Again
+_Timed = Patience | Mind | Again | Heard
 _Event = Message | _Timed
 
 
@@ -122,6 +123,8 @@ class DecisionsByMessages:
         self._asked_s: dict[int, float] = {}
         self._full: dict[int, dict[int, float]] = {}
         """For each place, the vehicles that found it full, and when each asks again without news [s]."""
+        self._unsaid: dict[int, list[Message]] = {}
+        """What vehicles say when others see them go: until then their leases last."""
         self._held: dict[int, None] = {}
         """Vehicles with a grant that arrived between two steps."""
         self._repeating: set[int] = set()
@@ -141,6 +144,12 @@ class DecisionsByMessages:
         makes = [vehicle.make for vehicle in motor.vehicles]
         longest_m = max(make.length_m + make.top * motor.step_s for make in makes)
         least_m = max(longest_m, *where.over_m.values())
+        if motor.step_s > SEEN_S:
+            msg = (
+                f"decide vehicles: a step lasts {motor.step_s:g} s; expected at most {SEEN_S:g} s, or leases "
+                "end before other vehicles see who goes"
+            )
+            raise ScenarioError(msg)
         if self.settings.range_m < least_m:
             msg = (
                 f"decide vehicles: range is {self.settings.range_m:g} m; expected at least {least_m:.1f} m, "
@@ -166,15 +175,14 @@ class DecisionsByMessages:
         while (event := self._air.next(now_s)) is not None:
             self._comes(*event)
         self._clock_s = max(self._clock_s, now_s)
+        for number in self._motor.seen_to_go():
+            self._say_as(number, self._unsaid.pop(number, []))
         for number in self._motor.rears_out():
             self._rear_out(number)
         for number, answer in self.controllers.look(now_s, self.where.stand):
             self._say_as(number, answer.say)
         for number in self._motor.asking():
-            reason = self._motor.reason(number)
-            if reason == Reason.OCCUPIED and self._may_ask(number):
-                self._ask(number)  # it sees the place full, so the answer will be no
-            elif reason == Reason.CROSSING and self._says_that_it_waits(number):
+            if self._motor.reason(number) == Reason.CROSSING and self._says_that_it_waits(number):
                 self._said_s[number] = self._clock_s
                 self._ask(number, free=False)
         self._motor.look_again(list(self._held))
@@ -267,6 +275,8 @@ class DecisionsByMessages:
                 self._ask_again(event.number)
         elif isinstance(event, Mind):
             self._comes_to_mind(event)
+        elif isinstance(event, Heard):
+            self.turns.hears_of(event.number, event.place, event.there)
         else:
             self._comes_to_vehicle(event)
 
@@ -307,6 +317,8 @@ class DecisionsByMessages:
     def _comes_to_vehicle(self, message: ToVehicle) -> None:
         number = message.vehicle
         answer = self.controllers.hear(number, message)
+        if isinstance(message, Grant | Room):
+            self.turns.hears_of(number, message.place, message.there)
         if isinstance(message, Offer):
             self._full.get(self.where.wanted(number), {}).pop(number, None)
             self._asked_s.pop(number, None)
@@ -343,15 +355,20 @@ class DecisionsByMessages:
         """Tell a vehicle with a grant whether its crossing is free: it goes, or gives the grant back."""
         ready = number in self._ready and self._motor.asks(number)
         self._ready.pop(number, None)
-        free = ready and self._motor.free_way(number)
+        free = ready and self._sees_free(number)
         answer = self.controllers.crossing(number, self._clock_s, free=free)
         if answer.goes:
             self._go(number)
+            self._unsaid[number] = []
         elif free:
             self._motor.refuse(number, Reason.ANSWER)
         self.given_back += answer.gives_back
         self.late += answer.gives_back and free
         self._say_as(number, answer.say)
+
+    def _sees_free(self, number: int) -> bool:
+        """Return whether a vehicle sees its crossing free at the moment at which it would set out."""
+        return self._motor.free_way(number)
 
     def _go(self, number: int) -> None:
         self.unsafe += self._motor.would_close(number)
@@ -365,6 +382,9 @@ class DecisionsByMessages:
 
     def _say_as(self, number: int, out: Sequence[Message]) -> None:
         """Send a vehicle's messages; remind it later of places that it has left."""
+        if number in self._unsaid:
+            self._unsaid[number] += out
+            return
         if number not in self._repeating and any(isinstance(message, Left | Here) for message in out):
             self._repeating.add(number)
             self._air.wake(self._clock_s + self._patience_s, Mind(number, heard=False))
@@ -381,6 +401,11 @@ class DecisionsByMessages:
                 continue
             for number in self._full.get(place, ()) if isinstance(message, Room) else ():
                 self.radio.overhear(place, number, Mind(number, heard=True), self._clock_s)
+            if isinstance(message, Grant | Room):
+                heard = message.there
+                for number in self._motor.asking():
+                    if place in self.turns.way(number) and number != message.vehicle:
+                        self.radio.overhear(place, number, Heard(number, place, heard), self._clock_s)
             self.radio.say_from(place, message, self._clock_s)
 
     def report(self) -> dict[str, Any]:

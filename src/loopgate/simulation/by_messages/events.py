@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from loopgate.vehicles.post import Kept
 
-__all__ = ["Again", "Mind", "Patience"]
+__all__ = ["Again", "Heard", "Mind", "Patience"]
 
 
 class Patience(NamedTuple):
@@ -21,6 +21,14 @@ class Mind(NamedTuple):
 
     number: int
     heard: bool
+
+
+class Heard(NamedTuple):
+    """A vehicle overhears how many vehicles a place has."""
+
+    number: int
+    place: int
+    there: int
 
 
 class Again(NamedTuple):

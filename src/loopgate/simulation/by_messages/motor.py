@@ -26,15 +26,15 @@ class Motor:
     Parameters
     ----------
     ledger
-        Its rules but the last are what a vehicle senses by itself.
+        Its rules are what a vehicle senses by itself.
     admits
         Returns whether the gate would let a vehicle go; only for figures.
     """
 
     def __init__(self, ledger: Ledger, admits: Callable[[Vehicle], bool]) -> None:
         self._ledger, self._admits = ledger, admits
-        self._seen: dict[int, int] = {}
-        """For each vehicle, the number of grants in the run when it last saw its crossing free."""
+        self._setting_out: dict[int, int] = {}
+        """The vehicles that others do not yet see go, with the numbers of their grants."""
         self._tails: list[int] = []
 
     def begin(self, names: Sequence[str]) -> None:
@@ -86,21 +86,29 @@ class Motor:
 
     def ready(self, vehicles: Sequence[Vehicle]) -> list[int]:
         """Return the numbers of vehicles that sense no obstacle now."""
-        numbers = [self._number[vehicle] for vehicle in vehicles]
-        self._seen.update(dict.fromkeys(numbers, self._ledger.grants))
-        return numbers
+        return [self._number[vehicle] for vehicle in vehicles]
 
     def free_way(self, number: int) -> bool:
         """Return whether a vehicle that was ready still senses no obstacle; otherwise refuse it."""
-        if self._seen.get(number) == self._ledger.grants:
-            return True
         vehicle = self.vehicles[number]
         refusal = self._ledger.refusal_of(vehicle)
         if refusal is not None:
             self._ledger.refuse(vehicle, refusal)
             return False
-        self._seen[number] = self._ledger.grants
         return True
+
+    def seen_to_go(self) -> list[int]:
+        """Return the vehicles that others see go since the last step.
+
+        A vehicle that sets out shows it by a light, or by its speed. Others at the crossing see that in the
+        next step: until then only its lease keeps them away.
+        """
+        found = list(self._setting_out)
+        for number, grant in self._setting_out.items():
+            for trip in self.vehicles[number].trips:
+                trip.seen = trip.seen or trip.number == grant
+        self._setting_out.clear()
+        return found
 
     def look_again(self, numbers: Sequence[int]) -> None:
         """Let vehicles check in this step whether they are ready."""
@@ -110,7 +118,12 @@ class Motor:
     def go(self, number: int) -> None:
         """Let a vehicle go on to its next place."""
         self._ledger.decisions += 1
-        self._ledger.grant(self.vehicles[number])
+        vehicle = self.vehicles[number]
+        self._ledger.grant(vehicle)
+        self._setting_out[number] = self._ledger.grants
+        for trip in vehicle.trips:
+            if trip.number == self._ledger.grants:
+                trip.seen = False
 
     def refuse(self, number: int, reason: Reason) -> None:
         """Refuse a vehicle for a reason that a message gave it."""

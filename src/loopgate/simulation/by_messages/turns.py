@@ -21,7 +21,7 @@ class Turns:
     motor
         Knows each vehicle's place, and since when it wants to go on.
     posts
-        The posts, by place.
+        The posts, by place; vehicles know their numbers of slots.
     conflicts
         For each place, the pairs of ways over the crossing before it that exclude each other.
     loss
@@ -38,7 +38,10 @@ class Turns:
         loss: float,
         lots: Random,
     ) -> None:
-        self._motor, self._posts, self._conflicts = motor, posts, conflicts
+        self._motor, self._conflicts = motor, conflicts
+        self._slots = [post.slots for post in posts]
+        self._heard: dict[tuple[int, int], int] = {}
+        """For a vehicle and a place, how many vehicles were there when the vehicle last heard of it."""
         self._loss, self._lots = loss, lots
 
     def way(self, number: int) -> Way:
@@ -57,13 +60,13 @@ class Turns:
         return pressure(here, ahead, now_s - self._motor.since_s(number))
 
     def shares(self, number: int) -> tuple[float, float]:
-        """Return the shares of slots taken in the place that a vehicle wants, and in its own."""
-        here, ahead = (self._there(place) / self._posts[place].slots for place in self.way(number))
+        """Return the shares of slots taken in the place that a vehicle wants and in its own, as heard."""
+        here, ahead = (self._heard.get((number, place), 0) / self._slots[place] for place in self.way(number))
         return ahead, here
 
-    def _there(self, place: int) -> int:
-        """Return how many vehicles are in a place, as its post last said."""
-        return len(self._posts[place].line) + len(self._posts[place].rears)
+    def hears_of(self, number: int, place: int, there: int) -> None:
+        """Note how many vehicles are in a place, as a vehicle has heard its post say."""
+        self._heard[number, place] = there
 
     def _deaf(self) -> bool:
         return bool(self._loss) and self._lots.random() < self._loss
