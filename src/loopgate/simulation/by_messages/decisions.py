@@ -163,6 +163,10 @@ class DecisionsByMessages:
         ]
         lease_s = _LEASE_S + _LEASE_DELAYS * self.settings.delay_s
         self.keepers, self._keeper = crossings(where.paths.values(), where.number, lease_s)
+        self._before: dict[int, list[int]] = {}
+        """For each place, the places from which vehicles come into it."""
+        for here, after in self.where.over_m:
+            self._before.setdefault(after, []).append(here)
         conflicts = {place: self.keepers[keeper].conflicts for place, keeper in self._keeper.items()}
         self.turns = Turns(motor, self.posts, conflicts, self.settings.loss, self._lots)
         self._moved_s = dict.fromkeys(everybody, motor.now_s)
@@ -402,11 +406,18 @@ class DecisionsByMessages:
             for number in self._full.get(place, ()) if isinstance(message, Room) else ():
                 self.radio.overhear(place, number, Mind(number, heard=True), self._clock_s)
             if isinstance(message, Grant | Room):
-                heard = message.there
-                for number in self._motor.asking():
-                    if place in self.turns.way(number) and number != message.vehicle:
-                        self.radio.overhear(place, number, Heard(number, place, heard), self._clock_s)
+                for number in self._near(place):
+                    if number != message.vehicle:
+                        heard = Heard(number, place, message.there)
+                        self.radio.overhear(place, number, heard, self._clock_s)
             self.radio.say_from(place, message, self._clock_s)
+
+    def _near(self, place: int) -> list[int]:
+        """Return the vehicles that are in a place, and those that want it next."""
+        near = self._motor.line(place)
+        for before in self._before.get(place, ()):
+            near += [number for number in self._motor.line(before) if self.where.wanted(number) == place]
+        return near
 
     def report(self) -> dict[str, Any]:
         """Return the figures of the messages and decisions."""
