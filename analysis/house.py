@@ -18,6 +18,8 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from types import FrameType
 
@@ -77,11 +79,12 @@ class Ways:
 def call(*words: str) -> None:
     """Run a command of the package."""
     sys.argv = ["loopgate", *words]
-    try:
-        run_command()
-    except SystemExit as ended:
-        if ended.code:
-            raise
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        try:
+            run_command()
+        except SystemExit as ended:
+            if ended.code:
+                raise
 
 
 def find_ways() -> dict[str, list[str]]:
