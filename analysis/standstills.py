@@ -40,7 +40,7 @@ HOUR_S, EVERY_S, FRAME_S, AFTER_S = 3600, 10, 5, 40.0
 NEVER_S, SOON_S = 10**9, 60
 MOVES_MPS = 0.05
 """Drivers creep up to their leaders for hours, some millimetres a second; that is no move [m/s]."""
-FIRST_SEED = 9200
+FIRST_SEED = 10000
 """Seeds before were looked at while the detector was made."""
 
 
