@@ -46,6 +46,7 @@ HEADINGS = {
     "deadlock": "deadlock [s]",
     "collisions": "collisions",
     "wait": "wait [s]",
+    "stood": "stood [s]",
 }
 
 
@@ -70,6 +71,7 @@ def _row(gate: str, summary: Mapping[str, Any], vehicles: pd.DataFrame) -> dict[
         "deadlock": f"{deadlocks[0]['closed_at_s']:.0f}" if deadlocks else "never",
         "collisions": summary["collisions"],
         "wait": f"{summary['longest_wait_s']:.0f}" if summary["decisions"] else "-",
+        "stood": f"{summary['longest_stood_s']:.0f}",
     }
 
 

@@ -57,6 +57,7 @@ def table_row(row: Mapping[Any, Any]) -> str:
         first,
         row["collisions"],
         wait,
+        f"{row['stood']} s",
     )
     return "| " + " | ".join(map(str, cells)).rstrip() + " |"
 
