@@ -1,4 +1,4 @@
-"""The states of a robot as parts of the loop of its vehicle."""
+"""Paths over states: the states as parts of a loop, and the path of one vehicle with its start."""
 
 from __future__ import annotations
 

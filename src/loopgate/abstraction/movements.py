@@ -1,4 +1,4 @@
-"""Conflicts between movements over junctions: by geometry, and by SUMO's request matrix."""
+"""Places where vehicles wait, movements over junctions, and the conflicts and stretches between them."""
 
 from __future__ import annotations
 

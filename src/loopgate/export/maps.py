@@ -1,4 +1,4 @@
-"""A run as GeoJSON, its loops as GPX and KML, and the day of each vehicle as a table."""
+"""Loops and runs on maps: GeoJSON, GPX and KML, with turn lists and the day of each vehicle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Base class of gates that need only the present configuration and follow the moves themselves."""
+"""How a gate is asked: gates that follow the moves, and gates of a user, whose answers are checked."""
 
 import inspect
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""The common parts of all figures: their data, their series, and how they become files."""
+"""Figures over runs as charts: their data and series, and how they become files."""
 
 from __future__ import annotations
 

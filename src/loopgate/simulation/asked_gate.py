@@ -1,4 +1,4 @@
-"""Lets a gate other than the chain rule decide in the ledger, and a negotiation set the order."""
+"""Gates other than the chain rule in the ledger, made anew as vehicles come and go; their order."""
 
 from __future__ import annotations
 

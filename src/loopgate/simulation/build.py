@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from loopgate.abstraction.itinerary import Abstraction, DrawnLeg, Track
+from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
@@ -18,10 +18,8 @@ from loopgate.control.ordinary import traffic as among
 from loopgate.control.refusal import Rule
 from loopgate.control.rules import sensed
 from loopgate.control.spacing import Ring, Spacing
-from loopgate.control.start import VehicleStart
 from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
-from loopgate.model import StateId
 from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.stops import Stop
@@ -29,7 +27,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.asked_gate import NEVER_FULL, AskedGate, Deciding, JoinedGate
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
-from loopgate.simulation.departures import Departures, GatedDepartures
+from loopgate.simulation.departures import Departures, GatedDepartures, UngatedDepartures, alone
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
@@ -268,48 +266,6 @@ def open_gated(
         _kept(assembly, driving),
         laid.by_messages.close if laid.by_messages else lambda: None,
     )
-
-
-def alone(track: Track) -> Track:
-    """Return a path without requests: one endless leg in a place of the vehicle's own."""
-    front_m = track.front_m
-    leg = DrawnLeg(StateId(track.vehicle), front_m, front_m + track.lap_m)
-    return replace(track, legs=(leg,), position=0, start_m=front_m)
-
-
-class UngatedDepartures(Departures):
-    """Adds vehicles to the drive that SUMO inserts by itself.
-
-    Parameters
-    ----------
-    departures
-        In the order of the wanted times.
-    """
-
-    def __init__(
-        self,
-        departures: Sequence[VehicleStart],
-        traffic: Traffic,
-        driving: Driving,
-    ) -> None:
-        super().__init__(departures)
-        self._traffic, self._driving = traffic, driving
-        self._starts = {one.vehicle: one for one in departures}
-
-    def look(self) -> None:
-        """Add the vehicles that SUMO has inserted in the last step."""
-        if len(self.departed_s) == len(self._starts):
-            return
-        tracks: list[Track] = []
-        for vehicle in self._traffic.departed():
-            start = self._starts.get(vehicle)
-            if start is None or vehicle in self.departed_s:
-                continue
-            self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
-            at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
-            tracks.append(alone(replace(start.track, start_m=at_m)))
-        if tracks:
-            self._driving.welcome(tracks)
 
 
 def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder) -> Session:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from loopgate.abstraction.itinerary import Track
+from loopgate.abstraction.itinerary import DrawnLeg, Track
 from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, DepartureRules
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
 from loopgate.control.start import VehicleStart
 from loopgate.gates.certified.crowding import SPARE, find_crowd
+from loopgate.model import StateId
 from loopgate.network import RoadNetwork
 from loopgate.traffic.base import Traffic
 
@@ -170,3 +171,45 @@ class GatedDepartures(Departures):
             self._driving.fronts.odometer(vehicle.row),
             vehicle.make.top,
         )
+
+
+def alone(track: Track) -> Track:
+    """Return a path without requests: one endless leg in a place of the vehicle's own."""
+    front_m = track.front_m
+    leg = DrawnLeg(StateId(track.vehicle), front_m, front_m + track.lap_m)
+    return replace(track, legs=(leg,), position=0, start_m=front_m)
+
+
+class UngatedDepartures(Departures):
+    """Adds vehicles to the drive that SUMO inserts by itself.
+
+    Parameters
+    ----------
+    departures
+        In the order of the wanted times.
+    """
+
+    def __init__(
+        self,
+        departures: Sequence[VehicleStart],
+        traffic: Traffic,
+        driving: Driving,
+    ) -> None:
+        super().__init__(departures)
+        self._traffic, self._driving = traffic, driving
+        self._starts = {one.vehicle: one for one in departures}
+
+    def look(self) -> None:
+        """Add the vehicles that SUMO has inserted in the last step."""
+        if len(self.departed_s) == len(self._starts):
+            return
+        tracks: list[Track] = []
+        for vehicle in self._traffic.departed():
+            start = self._starts.get(vehicle)
+            if start is None or vehicle in self.departed_s:
+                continue
+            self.departed_s[vehicle] = self._traffic.now_s - self._traffic.step_s
+            at_m = start.loop.roads[start.edge].begin_m + self._traffic.lane(vehicle)[1]
+            tracks.append(alone(replace(start.track, start_m=at_m)))
+        if tracks:
+            self._driving.welcome(tracks)

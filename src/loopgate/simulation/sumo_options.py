@@ -1,4 +1,4 @@
-"""SUMO's options from a configuration and from a scenario; a dropped option gives a warning."""
+"""SUMO's options from a configuration and from a scenario; flows too large for the memory are refused."""
 
 from __future__ import annotations
 

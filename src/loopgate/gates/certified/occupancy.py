@@ -1,4 +1,4 @@
-"""The positions of all robots, in plain lists that a search can change and copy."""
+"""The positions of all robots, in plain lists that a search can change, and circular waits among them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gives each vehicle a loop and a type, where the route file does not."""
+"""Random loops, and which vehicles of which types stand where on the loops, if no file says it."""
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Mapping, Sequence

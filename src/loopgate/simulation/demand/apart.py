@@ -1,4 +1,4 @@
-"""Separates gated vehicles from vehicles that no gate can drive.
+"""Separates gated vehicles from vehicles that no gate can drive, and shares lanes among trips.
 
 A trip that no gate can drive becomes ordinary traffic. A vehicle on a loop that no gate can drive is refused.
 """

@@ -1,4 +1,4 @@
-"""SUMO's devices that would move gated vehicles on their own: they are switched off, with a warning."""
+"""What in SUMO would lead gated vehicles elsewhere: devices are switched off, rerouters are refused."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet

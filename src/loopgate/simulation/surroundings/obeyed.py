@@ -1,4 +1,4 @@
-"""Makes the lights of the ledger (`loopgate.control.lamps`) from SUMO, and reports on obeyed lights."""
+"""Lights that gated vehicles obey: made for the ledger from SUMO, and reported on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables about all vehicles over time: how many stand, distance and laps; and the table of loops."""
+"""Tables step by step: how many stand, distance and laps; fronts; and the table of loops."""
 
 from __future__ import annotations
 
