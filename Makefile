@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help demo house readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -33,6 +33,16 @@ pictures: $(STAMP) ## draw the pictures of the concepts anew
 	$(BIN)/python analysis/pictures.py
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
+
+compiled: $(STAMP) ## compile the ledger in place (needs a C compiler); after a change do it again
+	$(BIN)/python analysis/compiled_wheel.py
+
+plain: $(STAMP) ## remove what `make compiled` made
+	$(BIN)/python analysis/compiled_wheel.py --remove
+
+test-compiled: $(STAMP) ## run the tests with simulations once more, with the ledger compiled in a copy
+	$(BIN)/python analysis/compiled_wheel.py --copy out/compiled
+	PYTHONPATH=out/compiled $(BIN)/python -m pytest -n auto --dist worksteal -m "sumo and not slow" tests/sumo
 
 test: $(STAMP) ## run all tests but the slow ones and those in a browser
 	$(BIN)/python tests/support/compiling.py
@@ -161,7 +171,7 @@ lights: $(STAMP) ## an hour of trips among lights, the gate beside SUMO: DEMANDS
 scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
 	$(BIN)/python analysis/scenarios.py
 
-wheel: $(STAMP) ## build the wheel, try it in empty environments: each Python there is, newest and oldest dependencies
+wheel: $(STAMP) ## build compiled wheels, try them in empty environments: each Python there is, newest and oldest dependencies
 	$(BIN)/python analysis/wheel.py
 
 lock: ## renew requirements.lock (needs uv)

@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import gc
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -25,7 +24,7 @@ from typing import Any, cast
 
 import pandas as pd
 import sumo
-from compiled_wheel import compile_ledger
+from compiled_wheel import compile_copy
 
 from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.audit import audit_events
@@ -234,13 +233,6 @@ def drive(
     )
 
 
-def compile_control(folder: Path) -> None:
-    """Copy the package into a folder, and compile the ledger there with mypyc."""
-    source = Path(__file__).resolve().parents[1] / "src" / "loopgate"
-    shutil.copytree(source, folder / "loopgate", ignore=shutil.ignore_patterns("__pycache__"))
-    compile_ledger(folder)
-
-
 def main() -> None:
     """Print a line per seed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
@@ -257,7 +249,7 @@ def main() -> None:
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         if given.compiled:
-            compile_control(Path(folder))
+            compile_copy(Path(folder))
             words = [word for word in sys.argv if word != "--compiled"]
             command = [sys.executable, *words]
             subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": folder})

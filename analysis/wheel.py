@@ -1,11 +1,13 @@
-"""Build the wheel, and try it in empty environments outside of the repository.
+"""Build the wheels, and try them in empty environments outside of the repository.
 
-    python analysis/wheel.py [--only 3.12 oldest]
+    python analysis/wheel.py [--only 3.12 oldest plain]
 
-For each Python from 3.11 on this machine there is an environment with the newest dependencies, and for the
-oldest of them one more with the oldest ones: for each dependency the version that ``pyproject.toml`` names as
-the least. In each the commands of the start page are followed in an empty folder, and Python makes a run.
-The table says what was there, and how long it took; the first thing that fails ends with exit code 1.
+For each Python from 3.11 on this machine there is a compiled wheel and an environment with the newest
+dependencies, and for the oldest Python one more with the oldest ones: for each dependency the version that
+``pyproject.toml`` names as the least. *Plain* is an installation from the source where no C compiler is. In
+each environment ``loopgate --version`` must name the ledger that should be there. Then the commands of the
+start page are followed in an empty folder, and Python makes a run. The table says what was there, and how
+long it took; the first thing that fails ends with exit code 1.
 """
 
 from __future__ import annotations
@@ -21,6 +23,8 @@ import time
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+
+from compiled_wheel import SETTING
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "wheel"
@@ -52,12 +56,15 @@ def pythons() -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def build() -> Path:
-    """Build the wheel into ``out/wheel``."""
-    shutil.rmtree(OUT, ignore_errors=True)
-    words = ("pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "-w", str(OUT), str(ROOT))
-    subprocess.run([sys.executable, "-m", *words], check=True)
-    (wheel,) = OUT.glob("*.whl")
+def build(python: str) -> Path:
+    """Build the compiled wheel for a Python into ``out/wheel``, by the way of a user; return it."""
+    there = set(OUT.glob("*.whl"))
+    with tempfile.TemporaryDirectory() as name:
+        subprocess.run([python, "-m", "venv", name], check=True)
+        words = ("pip", "--disable-pip-version-check", "wheel", "--quiet", "--no-deps", "-w", str(OUT))
+        inside = Path(name) / "bin" / "python"
+        subprocess.run([inside, "-m", *words, ROOT], check=True, env={**os.environ, SETTING: "1"})
+    (wheel,) = set(OUT.glob("*.whl")) - there
     return wheel
 
 
@@ -79,7 +86,10 @@ def commands() -> list[str]:
 
 
 def attempt(python: str, wheel: Path, constraints: str) -> str:
-    """Install the wheel in an empty environment and follow the page; return what was installed."""
+    """Install the wheel in an empty environment and follow the page; return what was installed.
+
+    Instead of a wheel it takes the source, and installs it where no C compiler is on the path.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "constraints.txt").write_text(constraints)
@@ -90,10 +100,9 @@ def attempt(python: str, wheel: Path, constraints: str) -> str:
         environment = {**kept, "PATH": f"{inside}:/usr/bin:/bin", "XDG_CACHE_HOME": str(folder / "cache")}
         environment["BROWSER"] = "true"  # opens nothing
 
-        def call(*words: str) -> str:
-            done = subprocess.run(
-                words, cwd=here, env=environment, check=False, capture_output=True, text=True
-            )
+        def call(*words: str, **more: str) -> str:
+            env = {**environment, **more}
+            done = subprocess.run(words, cwd=here, env=env, check=False, capture_output=True, text=True)
             if done.returncode:
                 sys.exit(f"{' '.join(words)}\n{done.stdout[-2000:]}{done.stderr[-4000:]}")
             return done.stdout
@@ -101,8 +110,12 @@ def attempt(python: str, wheel: Path, constraints: str) -> str:
         call(python, "-m", "venv", str(folder / "venv"))
         pip = (str(inside / "python"), "-m", "pip", "--disable-pip-version-check")
         cache = ("--cache-dir", str(Path.home() / ".cache" / "pip"))
-        call(*pip, "install", "--quiet", *cache, "-c", str(folder / "constraints.txt"), str(wheel))
+        path = {} if wheel.is_file() else {"PATH": str(inside)}
+        call(*pip, "install", "--quiet", *cache, "-c", str(folder / "constraints.txt"), str(wheel), **path)
         call(*pip, "check")
+        told, kind = call("loopgate", "--version").strip(), "compiled" if wheel.is_file() else "plain"
+        if f", {kind} ledger" not in told:
+            sys.exit(f"{told}: the ledger should be {kind}")
         for line in commands():
             call("sh", "-c", line)
         for page in ("grid.html", "replay.html"):
@@ -117,15 +130,21 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--only", nargs="*", help="versions of Python, or: oldest")
     only = parser.parse_args(words).only
     found = pythons()
+    first = next(iter(found.values()))
     tries = {version: (place, "") for version, place in found.items()}
-    tries["oldest"] = (next(iter(found.values())), oldest())
-    wheel = build()
-    print(f"{wheel.name}, {wheel.stat().st_size / 1e6:.1f} MB", flush=True)
+    tries |= {"oldest": (first, oldest()), "plain": (first, "")}
+    shutil.rmtree(OUT, ignore_errors=True)
+    wheels: dict[str, Path] = {}
     for name, (place, constraints) in tries.items():
         if only and name not in only:
             continue
+        if name != "plain" and place not in wheels:
+            began = time.monotonic()
+            wheel = wheels[place] = build(place)
+            size_mb, took_s = wheel.stat().st_size / 1e6, time.monotonic() - began
+            print(f"{wheel.name}, {size_mb:.1f} MB, built in {took_s:.0f} s", flush=True)
         began = time.monotonic()
-        what = attempt(place, wheel, constraints)
+        what = attempt(place, ROOT if name == "plain" else wheels[place], constraints)
         print(f"{name:8} {time.monotonic() - began:4.0f} s  {what}", flush=True)
     missing = [version for version in VERSIONS if version not in found]
     if missing:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 import vl_convert
+from compiled_wheel import stale
 from hypothesis import settings
 from numba import config
 
@@ -31,6 +32,9 @@ def pytest_configure() -> None:
     tested, ours = Path(kernel_cache.__file__).resolve().parent, Path(__file__).resolve().parents[1]
     if not tested.is_relative_to(ours):
         msg = f"{ours}: its tests would test {tested}; run `make test` here, or put {ours}/src on PYTHONPATH"
+        raise pytest.UsageError(msg)
+    if stale():
+        msg = f"{stale()[0]} is newer than what was compiled of it in place: `make compiled` or `make plain`"
         raise pytest.UsageError(msg)
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -71,7 +71,9 @@ def test_every_command_that_prints_figures_prints_json() -> None:
 def test_the_command_is_a_module_too() -> None:
     """``python -m loopgate`` says what the script says."""
     said = subprocess.check_output([sys.executable, "-m", "loopgate", "--version"], text=True)
-    assert re.fullmatch(r"(python -m )?loopgate, version \S+, (plain|compiled) ledger\n", said)
+    assert re.fullmatch(
+        r"(python -m )?loopgate, version \S+, (plain ledger \(.+\): .+|compiled ledger)\n", said
+    )
 
 
 def test_each_key_of_a_scenario_has_an_option() -> None:

@@ -10,7 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from compiled_wheel import compile_ledger
+from compiled_wheel import compile_copy
 
 ROOT = Path(__file__).resolve().parents[2]
 DRIVE = """
@@ -34,9 +34,8 @@ print(ledger.__file__)
 @pytest.mark.skipif(not (find_spec("mypyc") and shutil.which("cc")), reason="needs mypyc and a compiler")
 def test_compiled_it_drives_as_plain(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Lights, ordinary traffic and spacing in a town; compiled in a copy of the source."""
-    shutil.copytree(ROOT / "src" / "loopgate", tmp_path / "loopgate")
     monkeypatch.setenv("MYPYC_OPT_LEVEL", "0")
-    compile_ledger(tmp_path)
+    compile_copy(tmp_path)
     told = {}
     for kind, source in (("plain", ROOT / "src"), ("compiled", tmp_path)):
         paths = os.pathsep.join((str(source), str(ROOT / "analysis")))
@@ -56,7 +55,7 @@ def test_compiled_it_drives_as_plain(tmp_path: Path, monkeypatch: pytest.MonkeyP
             text=True,
             env={**os.environ, "PYTHONPATH": paths},
         )
-        assert said.stdout.endswith(f", {kind} ledger\n")
+        assert f", {kind} ledger" in said.stdout
     assert told["plain"].endswith("ledger.py")
     assert not told["compiled"].endswith(".py")
     plain, compiled = ((tmp_path / f"{kind}.csv").read_text() for kind in told)

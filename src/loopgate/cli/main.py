@@ -12,7 +12,7 @@ import click
 from loopgate.cli.terminal import EXIT_INTERRUPTED, listen, only_json
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import LoopgateError
-from loopgate.versions import DISTRIBUTION, ledger_kind
+from loopgate.versions import DISTRIBUTION, ledger_words
 
 EXIT_DEADLOCK = 3
 EXIT_UNCLEAN = 4
@@ -52,9 +52,7 @@ class _LazyGroup(click.Group):
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(
-    package_name=DISTRIBUTION, message=f"%(prog)s, version %(version)s, {ledger_kind()} ledger"
-)
+@click.version_option(package_name=DISTRIBUTION, message=f"%(prog)s, version %(version)s, {ledger_words()}")
 def cli() -> None:
     """Vehicles on closed loops in a SUMO road network: no collision; no lock while none stands for good."""
 

@@ -10,10 +10,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from loopgate.results.figures import closed_at_s, summary_rows
+from loopgate.versions import ledger_kind, ledger_words
 
 _LANE = re.compile(r"_\d+$")
 _STREETS, _SMALL = 6, 4
 """So many streets of a deadlock are named, and the vehicles of a circle of so many."""
+_LONG_S = 2.0
+"""A run whose gate took this long says what a plain ledger costs [s]."""
 
 
 def console(width: int = 120) -> Console:
@@ -73,5 +76,7 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
         to.print(f"warning: {warning}", style="yellow")
     for deadlock in summary["deadlocks"][:3]:
         to.print(f"deadlock at {closed_at_s(deadlock):.0f} s: {deadlock_text(deadlock)}", markup=False)
+    if summary["wall_s"]["gate"] >= _LONG_S and summary["gate"] != "open" and ledger_kind() == "plain":
+        to.print(ledger_words(), markup=False)
     if out is not None:
         to.print(f"results in {out}")
