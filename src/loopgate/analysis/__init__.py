@@ -22,6 +22,7 @@ from loopgate.analysis.course import (
     compute_time_space,
 )
 from loopgate.analysis.frames import of_tables
+from loopgate.analysis.junctions import compute_junctions, compute_worst_movements
 from loopgate.analysis.messages import compute_messages
 from loopgate.analysis.monitoring import (
     compute_edge_holds,
@@ -38,6 +39,7 @@ from loopgate.analysis.outcomes import (
 )
 from loopgate.analysis.series import add_series
 from loopgate.analysis.standing import compute_blocked, compute_starving
+from loopgate.analysis.stops import compute_stops
 from loopgate.analysis.trips import (
     compute_holds,
     compute_laps,
@@ -68,6 +70,7 @@ __all__ = [
     "compute_flow",
     "compute_fundamental",
     "compute_holds",
+    "compute_junctions",
     "compute_lap_distribution",
     "compute_laps",
     "compute_longest_waits",
@@ -82,6 +85,7 @@ __all__ = [
     "compute_safety",
     "compute_seen_within",
     "compute_starving",
+    "compute_stops",
     "compute_stuck",
     "compute_survival",
     "compute_throughput",
@@ -92,6 +96,7 @@ __all__ = [
     "compute_wait_causes",
     "compute_waits",
     "compute_watch",
+    "compute_worst_movements",
 ]
 
 for _name in __all__:

@@ -140,6 +140,12 @@ class Diary:
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
 
     @property
+    def movement(self) -> tuple[str, str]:
+        """The edge that the front is on, or has left last, and the edge that comes next, "" if none does."""
+        last = self._edge == 0 and not self.track.rounds
+        return self.edge, "" if last else self._edges[self._edge]
+
+    @property
     def laps(self) -> int:
         """Number of laps since the measured time began."""
         return self.all_laps - self._laps_before

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from time import perf_counter
@@ -233,13 +234,13 @@ class Fronts:
 class Totals:
     """Sums over the vehicles on the road and the vehicles that have left.
 
-    `stood_s`: how long vehicles have stood on each edge since `counts_from_s` [s]. `leaps`: vehicle, time [s]
-    and length [m] of each leap of an odometer.
+    `queues`: since `counts_from_s`, the number of steps in which so many vehicles stood on an edge on their
+    way to the next edge. `leaps`: vehicle, time [s] and length [m] of each leap of an odometer.
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
-        self.stood_s: dict[str, float] = {}
+        self.queues = Counter[tuple[tuple[str, str], int]]()
         self.counts_from_s = 0.0
         self.leaps: list[tuple[str, float, float]] = []
         self._steps = self._standing = 0
@@ -265,10 +266,9 @@ class Totals:
     def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
         self._standing += len(diaries)
         if now_s >= self.counts_from_s:
-            stood_s = self.stood_s
             for diary in diaries:
                 diary.stands(step_s, now_s)
-                stood_s[diary.edge] = stood_s.get(diary.edge, 0.0) + step_s
+            self.queues.update(Counter([diary.movement for diary in diaries]).items())
 
     def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:
         name = diary.vehicle.name

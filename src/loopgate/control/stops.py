@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from math import inf
+from math import inf, nan
 from typing import Final
 
 from loopgate.abstraction.itinerary import Track
@@ -48,7 +48,8 @@ class _StopsAhead:
 
     `since_m`: for each stop, how far before it the vehicle passes the same spot for the last time [m].
     `ahead`: the stops of the next round, nearest first. `told`: how many of them SUMO knows. `since_s`: since
-    when the vehicle is at a stop [s]; infinite if it is not. `again`: whether it drives a loop.
+    when the vehicle is at a stop [s]; infinite if it is not. `again`: whether it drives a loop. `loop`: the
+    loop's name.
     """
 
     def __init__(
@@ -59,7 +60,9 @@ class _StopsAhead:
         renewed_on: str,
         *,
         again: bool,
+        loop: str,
     ) -> None:
+        self.loop: Final = loop
         self.vehicle: Final = vehicle
         self.stops: Final = stops
         self.since_m: Final = since_m
@@ -99,6 +102,9 @@ class Stops(Part):
         """How many stops were made, and how many were missed."""
         self.made: dict[str, tuple[int, float]] = {}
         """For each vehicle, how many stops it has made, and how long it stood at them [s]."""
+        self.visits: list[tuple[str, str, str, float, float, float]] = []
+        """Each stop that was made: vehicle, stop, loop; when it came, went on, and was due to go on [s].
+        As in SUMO's ``stop-output`` the time at which the step begins counts."""
 
         self.any: Final = bool(self._stops)
         """Whether some vehicle has stops; otherwise there is nothing to look at."""
@@ -114,7 +120,9 @@ class Stops(Part):
             min((stop.arc_m - at - _PAST_M) % lap_m + _PAST_M for at in some)
             for stop, some in zip(stops, passes, strict=True)
         ]
-        way = self._ways[vehicle.name] = _StopsAhead(vehicle, stops, since, track.renewed_on, again=again)
+        way = self._ways[vehicle.name] = _StopsAhead(
+            vehicle, stops, since, track.renewed_on, again=again, loop=track.loop
+        )
         first_m = vehicle.front_m + braking_m(vehicle.speed, vehicle.make.decel, self._traffic.step_s)
         behind = [] if again else [n for n, stop in enumerate(stops) if stop.arc_m < first_m]
         for number in behind:
@@ -160,7 +168,7 @@ class Stops(Part):
         begins = {edge: begin_m for begin_m, edge in track.edges}
         stops = [replace(stop, arc_m=begins[stop.edge] + stop.end_m) for stop in before.stops]
         since = [vehicle.lap_m] * len(stops)
-        way = _StopsAhead(vehicle, stops, since, track.renewed_on, again=True)
+        way = _StopsAhead(vehicle, stops, since, track.renewed_on, again=True, loop=before.loop)
         for coming in before.ahead:
             ahead_m = (stops[coming.number].arc_m - vehicle.front_m) % vehicle.lap_m
             if ahead_m < _PAST_M:
@@ -254,9 +262,14 @@ class Stops(Part):
         way.told -= 1
         self.served += 1
         served, stood_s = self.made.get(way.vehicle.name, (0, 0.0))
-        self.made[way.vehicle.name] = served + 1, stood_s + max(0.0, now_s - way.since_s)
+        came_s, stop = min(way.since_s, now_s), way.stops[done.number]
+        self.made[way.vehicle.name] = served + 1, stood_s + now_s - came_s
+        until_s = stop.in_round(done.round).until_s if not done.round or stop.cycle_s else None
+        step_s = self._traffic.step_s
+        times_s = came_s - step_s, now_s - step_s, nan if until_s is None else until_s
+        self.visits.append((way.vehicle.name, stop.name, way.loop, *times_s))
         way.since_s = inf
-        self._note(way, SERVED, way.stops[done.number])
+        self._note(way, SERVED, stop)
         self._put_off(way, done)
         self._tell(way)
         if way.vehicle.asks:  # its wait begins now: until now it waited for no vehicle

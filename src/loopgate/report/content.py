@@ -33,11 +33,13 @@ from loopgate.analysis import (
     compute_rarest,
     compute_seen_within,
     compute_starving,
+    compute_stops,
     compute_stuck,
     compute_survival,
     compute_time_space,
     compute_time_to_deadlock,
     compute_trips,
+    compute_worst_movements,
 )
 from loopgate.analysis.standing import edge_of
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
@@ -79,6 +81,7 @@ def add_single_run(content: Content, folder: Path) -> str:
             )
         _add_watch(content, one, options)
     _add_standing(content, one)
+    _add_junctions(content, one)
     _add_loop(content, one.vehicles, one.loops)
     of = {"vehicles": "run.vehicles", "events": "run.events"}
     content.table("stuck", "Vehicles that are stuck", compute_stuck, of, end_s=end_s)
@@ -92,6 +95,25 @@ def _add_standing(content: Content, one: Run) -> None:
     content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
     content.table("starving", "Vehicles that starved, and behind which vehicle", compute_starving, of)
     content.table("messages", "Messages by which vehicles decided", compute_messages, of)
+
+
+def _add_junctions(content: Content, one: Run) -> None:
+    """Add the movements that cost most time, all movements, and the stops."""
+    content.known |= {"run.junctions": one.junctions, "run.visits": one.visits}
+    if len(one.junctions):
+        of = {"junctions": "run.junctions"}
+        title = "Movements that cost most time"
+        worst = content.table("movements", title, compute_worst_movements, of)
+        caption = "The delay of all vehicles on the edge and over the junction, against the speed limits."
+        chart = plots.plot_ranked(worst, of=c.MOVEMENT, value=c.LOST, label="vehicle-hours lost")
+        content.figure("movements", title, caption, chart)
+        every = "All movements with delay"
+        content.table(
+            "all-movements", every, compute_worst_movements, of, listed=False, first=len(one.junctions)
+        )
+    if len(one.visits):
+        title = "Stops: headways and lateness by the timetable"
+        content.table("stops", title, compute_stops, {"visits": "run.visits"})
 
 
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:

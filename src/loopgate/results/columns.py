@@ -19,6 +19,12 @@ def _column(holds: str, name: str) -> str:
 _text, _whole, _number = partial(_column, "string"), partial(_column, "int64"), partial(_column, "float64")
 _numbers = partial(_column, "list<float>")
 
+_CAUSES: Final = (
+    *("crossing", "occupied", "deadlock", "reserve", "service"),
+    *("red", "traffic", "closed", "blocked"),
+)
+"""The reasons of refusals for which a vehicle waits."""
+
 # Tables of a run: summary.json
 BEGINS: Final = "begins_s"  # when the simulation begins [s]; times of events are SUMO's, from there on
 
@@ -150,6 +156,51 @@ WATCH_COLUMNS: Final = (EDGE, *_SEEN, HEADWAY_CV, BUNCHED, BOUND, WITHIN)
 STREET_COLUMNS: Final = (EDGE, STREET, EDGE_LENGTH, *WATCH_COLUMNS[1:], SHAPE)
 """``streets.parquet``: one row per edge that is open to the vehicles, also those on no loop."""
 
+# junctions.parquet: one row per junction and movement on some loop (JUNCTION, EDGE from which it comes, and)
+TO_EDGE: Final = "to_edge"  # edge to which it leads
+CROSSED: Final = "vehicles"  # how many vehicles made the movement
+CROSSED_PER_H: Final = "vehicles_per_h"  # the same over the time measured
+DELAY: Final = (
+    "delay_s"  # time on the edge and over the junction, less that at the limits and at own stops; mean
+)
+DELAY_95: Final = "delay_95_s"  # 95 % of the vehicles were delayed no longer
+SERVICE_LEVEL: Final = "level_of_service"  # A to F by DELAY, as in the Highway Capacity Manual
+QUEUE: Final = (
+    "queue_mean"  # vehicles slower than 0.1 m/s on the edge and over the junction, mean over the time
+)
+QUEUE_95: Final = "queue_95"  # no more than so many stood in 95 % of the time
+QUEUE_MOST: Final = "queue_longest"  # most that stood at a time
+LOST: Final = "lost_h"  # vehicle-hours of delay, all vehicles together
+MOVEMENT: Final = "movement"  # from which edge to which, by the names of the streets where they have names
+WAITED_FOR: Final = {
+    cause: f"waited_{cause}_s" for cause in _CAUSES
+}  # by cause, vehicle-seconds for which the gate refused those first in line; 0 under no gate
+JUNCTION_COLUMNS: Final = (
+    *(JUNCTION, EDGE, TO_EDGE, MOVEMENT, CROSSED, CROSSED_PER_H, DELAY, DELAY_95, SERVICE_LEVEL),
+    *(QUEUE, QUEUE_95, QUEUE_MOST, *WAITED_FOR.values()),
+)
+
+# visits.parquet: one row per stop that a vehicle completed, as in SUMO's stop-output (VEHICLE, LOOP, and)
+STOP: Final = "stop"  # name of the bus stop or parking area, or of the lane
+CAME: Final = "came_s"  # when it stopped there [s]
+WENT_ON: Final = "went_on_s"  # when it might go on [s]
+DUE: Final = "due_s"  # when it was to go on by the timetable (`until`) [s]; NaN without one
+VISIT_COLUMNS: Final = (VEHICLE, STOP, LOOP, CAME, WENT_ON, DUE)
+
+# stops.parquet: one row per stop and loop whose vehicles stop there (STOP, LOOP, VISITS completed, and)
+DWELL: Final = "dwell_s"  # how long vehicles stood there, mean
+HEADWAY: Final = "headway_s"  # time between two arrivals, mean; NaN if there were fewer than two
+LONGEST_HEADWAY: Final = "longest_headway_s"  # the longest
+TIMED: Final = "timed"  # visits with a time in the timetable
+LATENESS: Final = "late_s"  # how long after that time vehicles went on, median; NaN without a time
+WORST_LATENESS: Final = "worst_late_s"  # the longest
+ON_TIME_60: Final = "within_60_s"  # share of the timed visits at most so late, 0 to 1
+ON_TIME_120: Final = "within_120_s"  # the same
+STOP_COLUMNS: Final = (
+    *(STOP, LOOP, VISITS, DWELL, HEADWAY, HEADWAY_CV, LONGEST_HEADWAY),
+    *(TIMED, LATENESS, WORST_LATENESS, ON_TIME_60, ON_TIME_120),
+)
+
 FLOW_EVERY_S: Final = 10.0
 
 # flow.parquet: one row every ten seconds, all vehicles together (TIME, its end, and)
@@ -205,18 +256,7 @@ TRUNCATED: Final = _column("bool", "truncated")  # whether it stopped at its dea
 MEASURED: Final = _number("measured_s")  # simulated time measured
 STOOD_SHARE: Final = _number("stood_share")  # the same as a share of the time that vehicles were there
 LONGEST_FOR: Final = {
-    cause: _number(f"longest_{cause}_s")
-    for cause in (
-        "crossing",
-        "occupied",
-        "deadlock",
-        "reserve",
-        "service",
-        "red",
-        "traffic",
-        "closed",
-        "blocked",
-    )
+    cause: _number(f"longest_{cause}_s") for cause in _CAUSES
 }  # by cause, the longest time that one wait was for it; missing without a gate
 UNFINISHED: Final = _whole("unfinished")  # the others of these
 MEAN_TIME_LOSS: Final = _number("mean_time_loss_s")  # lost on the way, mean over all of these that were due

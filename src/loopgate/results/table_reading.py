@@ -87,8 +87,17 @@ _AGAIN = "make it again"
 _ROWS_AGAIN = "remove it and run the same sweep again to make its rows anew"
 
 _TEXTS = {c.VEHICLE, c.EVENT, c.PLACE, c.REASON, c.STAGE}
-_TEXTS |= {c.LOOP, c.EDGE, c.SHAPE, c.JUNCTION}
-_NUMBERS = {*c.EVENT_COLUMNS, *c.VEHICLE_COLUMNS, *c.EDGE_COLUMNS, c.STOOD, c.STILL, c.EDGE_BEGIN}
+_TEXTS |= {c.LOOP, c.EDGE, c.TO_EDGE, c.SHAPE, c.JUNCTION, c.MOVEMENT, c.SERVICE_LEVEL, c.STOP}
+_NUMBERS = {
+    *c.EVENT_COLUMNS,
+    *c.VEHICLE_COLUMNS,
+    *c.EDGE_COLUMNS,
+    *c.JUNCTION_COLUMNS,
+    *c.STOP_COLUMNS,
+    c.STOOD,
+    c.STILL,
+    c.EDGE_BEGIN,
+}
 _NUMBERS -= _TEXTS
 
 _LARGEST = 1e15

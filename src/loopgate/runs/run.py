@@ -53,6 +53,12 @@ class Run:
         `FLOW_COLUMNS`: standing vehicles and distance, every ten seconds; may be empty.
     loops
         `LOOP_COLUMNS`: the edges of each loop; empty where there are none.
+    junctions
+        `JUNCTION_COLUMNS`: a row for each junction and movement; empty where edges are not recorded.
+    stops
+        `STOP_COLUMNS`: a row for each stop and loop; empty without stops.
+    visits
+        `VISIT_COLUMNS`: a row for each stop that a vehicle made; empty without stops.
     folder
         The run folder; None if no files were kept.
 
@@ -78,6 +84,9 @@ class Run:
     folder: Path | None = None
     flow: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
     loops: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+    junctions: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+    stops: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+    visits: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
 
     def __repr__(self) -> str:
         told = {
@@ -214,6 +223,9 @@ def read_run(folder: Path | str) -> Run:
             streets=read_table(streets, c.STREET_COLUMNS, made_by=made_by) if streets.is_file() else None,
             flow=_where_there(folder / "flow.parquet", c.FLOW_COLUMNS, made_by),
             loops=_where_there(folder / "loops.parquet", c.LOOP_COLUMNS, made_by),
+            junctions=_where_there(folder / "junctions.parquet", c.JUNCTION_COLUMNS, made_by),
+            stops=_where_there(folder / "stops.parquet", c.STOP_COLUMNS, made_by),
+            visits=_where_there(folder / "visits.parquet", c.VISIT_COLUMNS, made_by),
             folder=folder,
         )
 

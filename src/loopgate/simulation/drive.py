@@ -216,9 +216,12 @@ class Drive:
         return self.driving.diary_of
 
     @property
-    def stood_s(self) -> Mapping[str, float]:
-        """How long vehicles have stood on each edge [s]."""
-        return self.driving.totals.stood_s
+    def queues(self) -> Mapping[tuple[str, str], Mapping[int, int]]:
+        """For each edge and the next edge, in how many steps how many vehicles stood there."""
+        found: dict[tuple[str, str], dict[int, int]] = {}
+        for (movement, length), steps in self.driving.totals.queues.items():
+            found.setdefault(movement, {})[length] = steps
+        return found
 
     @property
     def taken_out(self) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any, Self
 
 import pandas as pd
 
+from loopgate.analysis.junctions import compute_junctions, movement_table
 from loopgate.analysis.monitoring import compute_edges
 from loopgate.analysis.waits import compute_wait_causes, wait_figures
 from loopgate.disk import disk_error, writing
@@ -57,6 +58,9 @@ from loopgate.versions import versions
 EVENTS = "events.parquet"
 VEHICLES = "vehicles.parquet"
 EDGES = "edges.parquet"
+JUNCTIONS = "junctions.parquet"
+STOPS_TABLE = "stops.parquet"
+VISITS_TABLE = "visits.parquet"
 FLOW = "flow.parquet"
 LOOPS = "loops.parquet"
 FRONTS = "fronts.parquet"
@@ -139,7 +143,20 @@ class Folder:
         if (self / SUMMARY).exists() and not overwrite:
             msg = f"{self.path}: it holds the results of a run; choose another folder, or --overwrite"
             raise ScenarioError(msg)
-        for name in (SUMMARY, EVENTS, VEHICLES, EDGES, FLOW, LOOPS, FRONTS, SYSTEM, POSITIONS, LAYOUT):
+        for name in (
+            SUMMARY,
+            EVENTS,
+            VEHICLES,
+            EDGES,
+            JUNCTIONS,
+            STOPS_TABLE,
+            FLOW,
+            LOOPS,
+            FRONTS,
+            SYSTEM,
+            POSITIONS,
+            LAYOUT,
+        ):
             (self / name).unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
@@ -207,6 +224,14 @@ class Folder:
         table[STREET] = frame[STREET].astype(str)
         self.write_table(table, EDGES)
         return table
+
+    def write_junctions(
+        self, movements: Sequence[Mapping[str, Any]], *, begin_s: float, end_s: float
+    ) -> None:
+        """Write ``junctions.parquet`` from the events; the rest is as in `compute_junctions`."""
+        kinds = Event.EDGE, Event.STOP, Event.SERVED, Event.REFUSE, Event.GRANT
+        of = {"events": read_events(self / EVENTS, kinds), "movements": movement_table(movements)}
+        self.write_table(compute_junctions(**of, begin_s=begin_s, end_s=end_s), JUNCTIONS)
 
     def write_table(self, table: pd.DataFrame, name: str) -> None:
         """Write a table as a Parquet file of this name."""

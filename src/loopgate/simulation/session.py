@@ -7,6 +7,10 @@ from dataclasses import dataclass, replace
 from math import nan
 from typing import Any, Protocol
 
+import pandas as pd
+
+from loopgate.analysis.junctions import FREE, LIT, queue_figures
+from loopgate.analysis.stops import compute_stops
 from loopgate.audit import audit_events, audit_positions, read_layout
 from loopgate.audit.layout import LoopLeg
 from loopgate.control.driving import Driving
@@ -16,7 +20,19 @@ from loopgate.model import Robot, RobotId, StateId
 from loopgate.network import Edge
 from loopgate.network.coverage import measure_coverage
 from loopgate.reading import counted, listed
-from loopgate.results.columns import BEGINS, Event
+from loopgate.results.columns import (
+    BEGINS,
+    EDGE,
+    JUNCTION,
+    MOVEMENT,
+    QUEUE,
+    QUEUE_95,
+    QUEUE_MOST,
+    TO_EDGE,
+    VISIT_COLUMNS,
+    WENT_ON,
+    Event,
+)
 from loopgate.results.recorder import Recorder, read_event_pieces, read_events
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly
@@ -184,6 +200,10 @@ class StopFigures:
     def of(self, vehicle: str) -> Made:
         """Return the figures of the stops of a vehicle."""
         return Made(*self._stops.made.get(vehicle, (0, 0.0)))
+
+    def visits(self, since_s: float) -> pd.DataFrame:
+        """Return the stops completed since a time [s], with the columns `VISIT_COLUMNS`."""
+        return pd.DataFrame(self._stops.visits, columns=list(VISIT_COLUMNS)).query(f"{WENT_ON} > {since_s}")
 
     def report(self) -> dict[str, Any]:
         """Return the figures of stops for ``summary.json``."""
@@ -417,9 +437,14 @@ def _summary(
     tallies: Sequence[Tally],
     folder: Folder,
 ) -> dict[str, Any]:
-    gated, stood_s = session.gated, session.drive.stood_s
+    gated, step_s = session.gated, session.traffic.step_s
     duration = max(0.0, course.end_s - course.begin_s)
     folder.write_vehicles(tallies)
+    queues, stood_s = session.drive.queues, dict[str, float]()
+    for (edge, _), lengths in queues.items():
+        stood_s[edge] = stood_s.get(edge, 0.0) + sum(
+            length * steps * step_s for length, steps in lengths.items()
+        )
     rows = {
         edge: _edge_row(assembly.network.edge(edge), stood_s.get(edge, 0.0))
         for loop in assembly.loops
@@ -430,6 +455,12 @@ def _summary(
         period = {"begin_s": course.begin_s, "end_s": course.end_s}
         edges = folder.write_edges(list(rows.values()), since_s=assembly.begin_s, **period)
         watch = write_streets(scenario, assembly, tallies, folder, **period)
+        lit = scenario.rule_for_lights == "obey" or not scenario.gated
+        movements = _movements(assembly, queues, round(duration / step_s), lit=lit)
+        folder.write_junctions(movements, **period)
+        if len(visits := session.stops.visits(course.begin_s)):
+            folder.write_table(visits, run_folder.VISITS_TABLE)
+            folder.write_table(compute_stops(visits=visits), run_folder.STOPS_TABLE)
     waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}
@@ -450,6 +481,33 @@ def _summary(
     )
     figures |= waits | audited | monitoring_figures(edges, measure_coverage(assembly.network, assembly.loops))
     return figures | {BEGINS: assembly.begin_s, "watch": watch}
+
+
+def _movements(
+    assembly: Assembly, queues: Mapping[tuple[str, str], Mapping[int, int]], steps: int, *, lit: bool
+) -> list[dict[str, Any]]:
+    """Return the movements on all paths, each with its time at the speed limits and its queue.
+
+    `lit`: whether vehicles obey traffic lights.
+    """
+    lanes, found = assembly.network.lanes, dict[tuple[str, str], dict[str, Any]]()
+    named = {edge.id: edge.street or edge.id for edge in assembly.network.edges.values()}
+    for way in {start.loop.id: start.loop for start in (*assembly.everybody, *assembly.other_ways)}.values():
+        for turn in way.movements:
+            on = [lanes[name] for name in (f"{turn.from_edge}_{turn.from_lane}", *turn.via)]
+            mean, most, longest = queue_figures(queues.get((turn.from_edge, turn.to_edge), {}), steps)
+            found[turn.from_edge, turn.to_edge] = {
+                JUNCTION: turn.junction,
+                EDGE: turn.from_edge,
+                TO_EDGE: turn.to_edge,
+                MOVEMENT: f"{named[turn.from_edge]} → {named[turn.to_edge]}",
+                FREE: sum(lane.length_m / lane.speed_mps for lane in on if lane.speed_mps > 0.0),
+                LIT: lit and turn.signal is not None,
+                QUEUE: mean,
+                QUEUE_95: most,
+                QUEUE_MOST: longest,
+            }
+    return list(found.values())
 
 
 def _edge_row(edge: Edge, stood_s: float) -> tuple[str, float, str, str, float, str]:
