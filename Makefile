@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -70,6 +70,9 @@ bench: $(STAMP) ## measure: gated runs against plain SUMO, decisions of algorith
 	$(BIN)/python analysis/bench_run.py
 	$(BIN)/python analysis/bench_theory.py
 	$(BIN)/python analysis/bench_certified.py
+
+cost: $(STAMP) ## measure: what the gate costs on top of SUMO's own steps, plain and compiled, in pairs
+	$(BIN)/python analysis/cost.py
 
 bench-replay: $(STAMP) ## measure: frames per second of replays, 400 and 2,000 vehicles (needs Chromium)
 	$(BIN)/python analysis/bench_replay.py

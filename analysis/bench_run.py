@@ -1,7 +1,8 @@
 """What a gate costs: a gated run against plain SUMO stepping of the same vehicles. Part of ``make bench``.
 
-Each figure is the median of several runs, alternating, one process. Stepping alone is timed: reading the
-network and building the states is the same for both and comes before.
+Each figure is the median of several runs, alternating, one process, by the processor time of its thread; *on
+top* and *ratio* have the least and the greatest too. Stepping alone is timed: reading the network and
+building the states is the same for both and comes before. `cost.py` compares plain and compiled ledgers.
 
 Two yardsticks, since vehicles under SUMO's own rules drive less, or stand in gridlock, which is cheap to
 step: *on top* is the time outside SUMO's steps over that in them, in the gated run; *ratio* is the time of
@@ -19,10 +20,11 @@ import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
+from time import thread_time
 
 import pandas as pd
 import sumo
+from by_thread_time import median_and_spread, time_by_thread
 from frame_table import frame_table
 from rich.console import Console
 
@@ -77,7 +79,7 @@ ELSEWISE = {
     ),
     "sumo:DRT, spaced": replace(QUEUES["sumo:DRT"], vehicles=100, spacing="hold"),
 }
-"""What is asked in Python between the parts of the compiled step: other gates, negotiations, surroundings."""
+"""Other gates, negotiations and surroundings."""
 QUEUED = (
     ("grid 200 m", 100),
     ("grid 200 m", 1000),
@@ -131,7 +133,7 @@ def _generate(file: Path, length_m: int, *words: str) -> None:
 
 
 def plain_stepping_s(scenario: Scenario) -> float:
-    """Return the wall time [s] of stepping SUMO through the scenario with nobody looking on."""
+    """Return the processor time [s] of stepping SUMO through the scenario with nobody looking on."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         assembly = assemble(scenario)
@@ -143,10 +145,10 @@ def plain_stepping_s(scenario: Scenario) -> float:
         traffic = start_traffic(options, backend="libsumo", log=folder / "sumo.log")
         try:
             traffic.step()
-            began = perf_counter()
+            began = thread_time()
             for _ in range(round(scenario.duration_s / scenario.step_s)):
                 traffic.step()
-            return perf_counter() - began
+            return thread_time() - began
         finally:
             traffic.close()
 
@@ -161,6 +163,7 @@ def measure(name: str, scenario: Scenario, *, beside: bool = True) -> dict[str, 
         steps.append(summary["wall_s"]["sumo"])
         rest.append(summary["wall_s"]["gate"])
         prepared.append(summary["wall_s"]["prepared"] / summary["wall_s"]["total"])
+    ratios = [(step + gate) / alone for step, gate, alone in zip(steps, rest, plain, strict=True)]
     plain_s, sumo_s, gate_s = statistics.median(plain), statistics.median(steps), statistics.median(rest)
     return {
         "network": name,
@@ -169,24 +172,25 @@ def measure(name: str, scenario: Scenario, *, beside: bool = True) -> dict[str, 
         "plain_s": f"{plain_s:.2f}",
         "sumo_s": f"{sumo_s:.2f}",
         "gate_s": f"{gate_s:.2f}",
-        "on_top": f"{gate_s / sumo_s:.0%}",
+        "on_top": median_and_spread([gate / step for gate, step in zip(rest, steps, strict=True)]),
         "prepared": f"{statistics.median(prepared):.0%}",
-        "ratio": f"{(sumo_s + gate_s) / plain_s:.2f}",
+        "ratio": median_and_spread(ratios, ".2f") if beside else "-",
         "decisions": summary["decisions"],
-        "per_s": round(summary["decisions"] / summary["wall_s"]["gate"]),
+        "per_s": round(summary["decisions"] / gate_s),
         "laps": summary["laps"],
     }
 
 
 def main() -> None:
-    """Measure and print; with names of rows of what is asked in Python, only those."""
+    """Measure and print; with names of rows of other gates and surroundings, only those."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("only", nargs="*", metavar="ROW", help="only these rows")
     only = parser.parse_args().only
     if unknown := [name for name in only if name not in ELSEWISE]:
         parser.error(f"{unknown[0]} is none of {', '.join(ELSEWISE)}")
     prepare()
-    console = Console(width=max(Console().width, 120))
+    time_by_thread()
+    console = Console(width=max(Console().width, 160))
     if only:
         rows = [measure(name, ELSEWISE[name], beside=False) for name in only]
         console.print(frame_table(pd.DataFrame(rows), ALONE, title=f"queues, median of {REPEATS} runs"))
@@ -208,7 +212,10 @@ def main() -> None:
     console.print(frame_table(table[: len(segments)], HEADINGS, title=title))
     headings = {column: heading for column, heading in HEADINGS.items() if column != "gate"}
     first, last = table[len(segments) : -len(ELSEWISE)], table[-len(ELSEWISE) :]
-    tables = ("certified by pressure", first, headings), ("what is asked in Python", last, ALONE)
+    tables = (
+        ("certified by pressure", first, headings),
+        ("other gates and surroundings", last, ALONE),
+    )
     for what, some, its in tables:
         title = f"queues, {what}, a quarter of a simulated hour, median of {REPEATS} runs"
         console.print(frame_table(some, its, title=title))

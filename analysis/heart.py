@@ -1,17 +1,7 @@
-"""Drive loops through the ledger of plain objects, and say what it costs on top of SUMO's steps.
-
-    python analysis/heart.py NET --vehicles 100 --duration 600 --seeds 2
-
-The cost is wall time beside SUMO's own steps. ``--compiled`` copies the source, compiles the ledger there
-with mypyc (minutes; needs a compiler) and drives by the copy. ``--ordinary 2.5`` adds an ordinary trip every
-2.5 s, drawn by SUMO. ``--routes FILE`` and ``--stops FILE`` take vehicles with stops.
-"""
+"""Drives a scenario through the ledger for a test, with what no run counts: who waits though free to go."""
 
 from __future__ import annotations
 
-import argparse
-import gc
-import os
 import subprocess
 import sys
 import tempfile
@@ -19,16 +9,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
-from time import perf_counter
 from typing import Any, cast
 
 import pandas as pd
 import sumo
-from compiled_wheel import compile_copy
 
 from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.audit import audit_events
-from loopgate.control import ledger as heart
 from loopgate.control.departures import DepartureRules
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
@@ -40,7 +27,7 @@ from loopgate.network.additional import type_names
 from loopgate.network.traffic_file import read_traffic
 from loopgate.results.columns import EVENT_COLUMNS
 from loopgate.simulation.asked_gate import NEVER_FULL
-from loopgate.simulation.assembly import Assembly, assemble
+from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.build import make_driving, slots_of
 from loopgate.simulation.departures import limits_of
 from loopgate.simulation.scenario import Scenario
@@ -51,7 +38,7 @@ from loopgate.traffic.base import Traffic
 
 @dataclass(frozen=True, slots=True)
 class Driven:
-    """What came of a drive: the events, and what it cost [s]."""
+    """What came of a drive."""
 
     events: pd.DataFrame
     findings: list[Any]
@@ -60,8 +47,6 @@ class Driven:
     collisions: int
     """Those in which a vehicle under the gate has a part."""
     trespasses: int
-    sumo_s: float
-    gate_s: float
     free_to_go: int
     """How often a vehicle waited after a step though no rule refused it."""
     arrived: int
@@ -194,9 +179,6 @@ def drive(
             turnover = Turnover(
                 traffic, driving, list(assembly.tracks[len(here) :]), assembly.starts, turnover_s
             )
-            gc.collect()
-            gc.freeze()  # what stands already is not looked through again and again
-            began = perf_counter()
             for _ in range(steps):
                 driving.step()
                 found = [(c.collider, c.victim) for c in traffic.collisions()]
@@ -207,7 +189,6 @@ def drive(
                 departures.look()
                 if turnover_s:
                     turnover.step()
-            spent_s = perf_counter() - began
         finally:
             traffic.close()
     waits = [one.worst_wait_s(ledger.now_s) for one in driving.diary_of.values()]
@@ -220,8 +201,6 @@ def drive(
         longest_s=max([*waits, *(one.worst_wait_s(ledger.now_s) for one, _ in left)]),
         collisions=len(collisions),
         trespasses=ledger.trespasses,
-        sumo_s=driving.sumo_s,
-        gate_s=spent_s - driving.sumo_s,
         free_to_go=free_to_go,
         arrived=sum(why == "arrived" for _, why in left),
         on_red=driving.lights.on_red,
@@ -231,64 +210,3 @@ def drive(
         missed=driving.stops.missed,
         late_back_s=driving.parking.late_s,
     )
-
-
-def main() -> None:
-    """Print a line per seed."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("network")
-    for name, number in (("vehicles", 100), ("loops", 0), ("duration", 600), ("seeds", 1)):
-        parser.add_argument(f"--{name}", type=int, default=number)
-    parser.add_argument("--lights", default="off", choices=["off", "obey"])
-    parser.add_argument("--watched", action="store_true", help="count vehicles that wait though free to go")
-    parser.add_argument("--spacing", default="none", choices=["none", "hold", "advice"])
-    parser.add_argument("--routes", default="", help="file with the vehicles")
-    parser.add_argument("--stops", default="", help="additional files with stopping places")
-    parser.add_argument("--ordinary", type=float, default=0.0, help="an ordinary trip every so many seconds")
-    parser.add_argument("--compiled", action="store_true", help="compile the ledger first")
-    given = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        if given.compiled:
-            compile_copy(Path(folder))
-            words = [word for word in sys.argv if word != "--compiled"]
-            command = [sys.executable, *words]
-            subprocess.run(command, check=True, env={**os.environ, "PYTHONPATH": folder})
-        else:
-            measure(given, Path(folder))
-
-
-def measure(given: argparse.Namespace, folder: Path) -> None:
-    """Drive every seed, and print a line for each; drawn trips go into a folder."""
-    kind = "plain" if heart.__file__.endswith(".py") else "compiled"
-    for seed in range(1, given.seeds + 1):
-        trips = folder / f"trips{seed}.rou.xml"
-        if given.ordinary:
-            draw_trips(given.network, given.ordinary, given.duration, seed, trips)
-        scenario = Scenario(
-            network=given.network,
-            vehicles=0 if given.routes else given.vehicles,
-            loops=given.loops,
-            routes=given.routes,
-            stops=given.stops,
-            spacing=given.spacing,
-            duration_s=given.duration,
-            lights=given.lights,
-            seed=seed,
-            traffic=str(trips) if given.ordinary else "",
-            on_deadlock="continue",
-        )
-        driven = drive(scenario, assemble(scenario), watched=given.watched)
-        clean = "clean" if not driven.findings else f"{len(driven.findings)} findings"
-        told = f"{driven.free_to_go} free to go, " if given.watched else ""
-        told += f"{driven.ordinary} ordinary vehicles, " if given.ordinary else ""
-        told += f"{driven.served} stops, {driven.missed} missed, " if driven.served else ""
-        sys.stdout.write(
-            f"seed {seed}, {kind}: {driven.km:.1f} km, longest wait {driven.longest_s:g} s, "
-            f"{driven.collisions} collisions, {driven.trespasses} trespasses, {driven.on_red} on red, {told}"
-            f"audit {clean}, {driven.gate_s / driven.sumo_s:.0%} on top of SUMO\n"
-        )
-        sys.stdout.flush()
-
-
-if __name__ == "__main__":
-    main()

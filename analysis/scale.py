@@ -1,13 +1,14 @@
 """A city at scale: thousands of vehicles at a time under the gate, and what that takes.
 
-    python analysis/scale.py                  # all rows, under ten minutes on two cores
+    python analysis/scale.py                  # all rows three times, half an hour
     python analysis/scale.py --rows trips drt
 
 On a grid of 40 x 40 junctions with one lane each way: trips between edges drawn by SUMO's ``randomTrips.py``,
 as many departing in each second, and vehicles on loops; and loops in a district of Berlin. Each row is a
-process of its own. *On top* is the time outside SUMO's steps over that in them, while vehicles drive; what is
-prepared before the first step, and judged and written after the last, is told apart. Exit code 1 if a vehicle
-collided or the audit found something.
+process of its own, and is run several times. Times are the processor time of the thread that drives, medians;
+*on top* is the time outside SUMO's steps over that in them, while vehicles drive, with the least and the
+greatest. What is prepared before the first step, and judged and written after the last, is told apart. Exit
+code 1 if a vehicle collided or the audit found something.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ import subprocess
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from operator import itemgetter
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import sumo
+from by_thread_time import median_and_spread, time_by_thread
 from day import Memory
 from frame_table import frame_table
 from rich.console import Console
@@ -85,8 +89,9 @@ def _call(*command: str) -> None:
     subprocess.run(command, check=True, capture_output=True, env=home, cwd=OUT)  # the tools leave files there
 
 
-def measure(row: str) -> dict[str, object]:
-    """Run a scenario and return its row."""
+def measure(row: str) -> dict[str, Any]:
+    """Run a scenario and return its row; `on_top` is a share."""
+    time_by_thread()
     memory = Memory(MEMORY_EVERY_S)
 
     def tick(now_s: float, _course: RunCourse) -> None:
@@ -103,7 +108,7 @@ def measure(row: str) -> dict[str, object]:
         "done": summary.get("arrived", summary["laps"]),
         "sumo_s": f"{wall['sumo']:.1f}",
         "gate_s": f"{wall['gate']:.1f}",
-        "on_top": f"{wall['gate'] / wall['sumo']:.0%}",
+        "on_top": wall["gate"] / wall["sumo"],
         "faster": f"{duration_s / driven_s:.1f}",
         "prepared_s": f"{wall['prepared']:.0f}",
         "after_s": f"{wall['total'] - wall['prepared'] - driven_s:.0f}",
@@ -118,16 +123,22 @@ def main() -> int:
     """Measure and print; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=list(ROWS))
+    parser.add_argument("--times", type=int, default=3, help="how often each row is run")
     given = parser.parse_args()
     prepare()
-    rows = []
+    runs: list[dict[str, Any]] = []
     with (
-        show_progress("a city at scale", total=len(given.rows)) as report,
+        show_progress("a city at scale", total=len(given.rows) * given.times) as report,
         ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as pool,
     ):
-        for row in pool.map(measure, given.rows):
-            rows.append(row)
-            report(len(rows))
+        for run in pool.map(measure, [row for row in given.rows for _ in range(given.times)]):
+            runs.append(run)
+            report(len(runs))
+    rows = []
+    for first in range(0, len(runs), given.times):
+        same = sorted(runs[first : first + given.times], key=itemgetter("on_top"))
+        spread = median_and_spread([run["on_top"] for run in same])
+        rows.append({**same[len(same) // 2], "on_top": spread})
     told = {str(n): [str(row[name]) for name in HEADINGS] for n, row in enumerate(rows)}
     table = pd.DataFrame({"": list(HEADINGS.values()), **told})
     title = "at a time: mean of the second half; x real time while vehicles drive, and in all"
