@@ -4,6 +4,12 @@
 SUMO's own rules, with up to twice the vehicles that they hold, for an hour. The oracle are the positions of
 a run twice as long: whoever does not move again until its end. Beside it stand the deadlock detector in a
 run, the film of positions as `read-fcd` plays it, and an attached gate without vehicles.
+
+Two more answers come from SUMO alone. *Left alone*: the run is driven again to the time at which the
+deadlock was told, all others are taken away, and whoever waits only for those that are left stands five
+minutes on. The same a minute before, with those that had stopped for good by then, says whether the deadlock
+was told late. *Leaders*: whom SUMO names as the near leader of a vehicle is among those for whom we say it
+waits.
 ``--gated 100`` drives loops under the gate, with closures, timetables and breakdowns that end: no deadlock.
 Runs that are done are kept, and a study may be ended at any time.
 """
@@ -15,8 +21,7 @@ import json
 import random
 import tempfile
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from operator import itemgetter
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,13 +38,18 @@ from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.traffic import libsumo_backend
+from loopgate.traffic.base import Whereabouts
 from loopgate.traffic.sumo import SumoTraffic
 
 KINDS = ("priority", "right_before_left", "allway_stop", "traffic_light", "roundabouts")
 HOUR_S, EVERY_S, FRAME_S, AFTER_S = 3600, 10, 5, 40.0
-NEVER_S, SOON_S = 10**9, 60
+NEVER_S, SOON_S, ALONE_S = 10**9, 60, 300
+NEAR_M = 3.0
+"""A leader counts whose rear is nearer than this beyond the minimum gap [m]."""
 MOVES_MPS = 0.05
 """Drivers creep up to their leaders for hours, some millimetres a second; that is no move [m/s]."""
+MOVED_M = 1.0
+"""Who has driven farther than this was free to go; who only creeps has not [m]."""
 FIRST_SEED = 10000
 """Seeds before were looked at while the detector was made."""
 
@@ -126,23 +136,19 @@ def drive(seed: int, folder: Path) -> dict[str, Any]:
     net, what = made(seed, folder)
     network = RoadNetwork.open(net)
     demand(seed, network, folder / "d.rou.xml")
-    words = ["-n", str(net), "-r", str(folder / "d.rou.xml"), "--seed", str(seed), "--time-to-teleport", "-1"]
-    words += [
-        "--collision.action",
-        "warn",
-        "--collision.check-junctions",
-        "true",
-        "--no-step-log",
-        "--no-warnings",
-    ]
-    libsumo.start(["sumo", *words, "--ignore-route-errors"])
+    words = ["sumo", "-n", str(net), "-r", str(folder / "d.rou.xml"), "--seed", str(seed)]
+    words += ["--time-to-teleport", "-1", "--collision.action", "warn", "--collision.check-junctions", "true"]
+    words += ["--no-step-log", "--no-warnings", "--ignore-route-errors"]
+    libsumo.start(words)
     try:
-        return {"seed": seed, "what": what, **_watched(network)}
+        row, for_good, first = _watched(network)
     finally:
         libsumo.close()
+    return {"seed": seed, "what": what, **row, **_left_alone(words, for_good, first, row["told"])}
 
 
-def _watched(network: RoadNetwork) -> dict[str, Any]:
+def _watched(network: RoadNetwork) -> tuple[dict[str, Any], dict[str, int], frozenset[str]]:
+    """Return what was told, when each vehicle stopped that stands for good, and who was told first."""
     traffic = SumoTraffic(libsumo, libsumo_backend.ERROR, yields=True, reads=libsumo_backend.READS)
     film = Film(network, float(FRAME_S))
     road = RoadWaits(network, SimulatedRoad(traffic), impatient_s=traffic.impatient_s())
@@ -151,7 +157,7 @@ def _watched(network: RoadNetwork) -> dict[str, Any]:
         "read-fcd": Watcher(DeadlockDetector(film, RoadWaits(network, film), after_s=AFTER_S), AFTER_S),
     }
     at_m: dict[str, list[tuple[int, float]]] = defaultdict(list)
-    now = 0
+    now, first, leaders = 0, frozenset[str](), (0, 0)
     with loopgate.attach(libsumo) as gate:
         while now < 2 * HOUR_S and libsumo.simulation.getMinExpectedNumber():
             libsumo.simulationStep()
@@ -166,28 +172,99 @@ def _watched(network: RoadNetwork) -> dict[str, Any]:
                 at_m[vehicle].append((now, metres))
             if now > HOUR_S:
                 continue
-            film.show(
-                now - FRAME_S,
-                [
-                    SeenVehicle(name, "", lane, pos_m, speed_mps, 0.0, 0.0, 0.0)
-                    for name, lane, pos_m, speed_mps in zip(
-                        here.vehicles,
-                        here.lanes,
-                        here.positions_m.tolist(),
-                        here.speeds_mps.tolist(),
-                        strict=True,
-                    )
-                ],
-            )
+            film.show(now - FRAME_S, _seen(here))
             if now % EVERY_S == 0:
                 for watcher in watchers.values():
                     watcher.check(now)
+                if not first and watchers["run"].found:
+                    first = watchers["run"].detector.held_up
+                    leaders = _leaders(road, watchers["run"].detector)
         attached = gate.summary["deadlocks"]
     last_s = {name: _last_move_s(rows) for name, rows in at_m.items()} if now >= 2 * HOUR_S else {}
     for_good = {name: last for name, last in last_s.items() if at_m[name][-1][0] == now and last <= HOUR_S}
     told = {name: _compare(one, for_good) for name, one in watchers.items()}
     told["attach"] = _compare_figures(attached, for_good)
-    return {"for_good": len(for_good), "until_s": max(for_good.values(), default=None), "told": told}
+    row = {
+        "for_good": len(for_good),
+        "until_s": max(for_good.values(), default=None),
+        "leaders": leaders,
+        "told": told,
+    }
+    return row, for_good, first
+
+
+def _seen(here: Whereabouts) -> Iterator[SeenVehicle]:
+    """Yield the vehicles as a frame of FCD output has them."""
+    columns = here.positions_m.tolist(), here.speeds_mps.tolist()
+    for name, lane, pos_m, speed_mps in zip(here.vehicles, here.lanes, *columns, strict=True):
+        yield SeenVehicle(name, "", lane, round(pos_m, 2), round(speed_mps, 2), 0.0, 0.0, 0.0)
+
+
+def _leaders(road: RoadWaits, detector: DeadlockDetector) -> tuple[int, int]:
+    """Return for how many vehicles SUMO names a near leader, and for how many of them we name it too."""
+    named = same = 0
+    for vehicle in sorted(detector.held_up):
+        leader, gap_m = libsumo.vehicle.getLeader(vehicle, NEAR_M) or ("", 0.0)
+        if leader and gap_m <= NEAR_M:
+            named += 1
+            same += any(leader in some for some in road.of(vehicle, detector.standing_s(vehicle)))
+    return named, same
+
+
+def _left_alone(
+    words: Sequence[str], for_good: dict[str, int], first: frozenset[str], told: dict[str, Any]
+) -> dict[str, Any]:
+    """Return what SUMO does with vehicles once all others are gone, and how late deadlocks were told.
+
+    A deadlock told late had closed more than `SOON_S` before it was told: `within_s` says how long, in steps
+    of `EVERY_S`.
+    """
+    result: dict[str, Any] = {}
+    known: dict[int, int] = {}
+    for name, one in told.items():
+        if not one["deadlocks"]:
+            continue
+        told_s = round(min(found[2] for found in one["deadlocks"]))
+        if name == "run":
+            result["alone"] = len(first), _stand_alone(words, told_s, first)
+        if told_s not in known:
+            early_s = told_s - SOON_S
+            while _stand_alone(words, early_s, {one for one, last in for_good.items() if last <= early_s}):
+                early_s -= EVERY_S
+            known[told_s] = told_s - early_s
+        result.setdefault("within_s", {})[name] = known[told_s]
+    return result
+
+
+def _stand_alone(words: Sequence[str], at_s: int, names: Collection[str]) -> int:
+    """Return how many of some vehicles stand five minutes on, once all others are gone.
+
+    Who moves is taken away too.
+    """
+    if not names:
+        return 0
+    libsumo.start(list(words))
+    vehicle = libsumo.vehicle
+    try:
+        for _ in range(at_s):
+            libsumo.simulationStep()
+        started_m = {name: vehicle.getDistance(name) for name in names}
+        for second in range(ALONE_S):
+            left = vehicle.getIDList()
+            gone = [name for name in left if name not in started_m]
+            if second % FRAME_S == 0:
+                gone += [
+                    n for n in left if n in started_m and vehicle.getDistance(n) - started_m[n] > MOVED_M
+                ]
+            for name in gone:
+                vehicle.remove(name)
+                started_m.pop(name, None)
+            if not started_m:
+                return 0
+            libsumo.simulationStep()
+        return len(started_m.keys() & set(vehicle.getIDList()))
+    finally:
+        libsumo.close()
 
 
 def _last_move_s(rows: Sequence[tuple[int, float]]) -> int:
@@ -288,7 +365,7 @@ def rows(out: Path, name: str, seeds: range) -> Iterator[dict[str, Any]]:
 
 
 def report(found: Sequence[dict[str, Any]]) -> None:
-    """Print what was missed, what was false, and how soon the rest was told."""
+    """Print what was missed, what was false, how soon the rest was told, and what SUMO says to it."""
     locked = [row for row in found if row["for_good"] > 1]
     vehicles = sum(row["for_good"] for row in locked)
     print(f"{len(found)} runs; {len(locked)} lock up for good, with {vehicles} vehicles")
@@ -296,20 +373,20 @@ def report(found: Sequence[dict[str, Any]]) -> None:
         told = {row["seed"]: row["told"][name] for row in found}
         missed = [row["seed"] for row in locked if not told[row["seed"]]["deadlocks"]]
         false = [seed for seed, one in told.items() if one["false"]]
+        within = {row["seed"]: row["within_s"][name] for row in found if name in row.get("within_s", {})}
+        late = {seed: seconds for seed, seconds in within.items() if seconds > SOON_S}
         print(
             f"{name}: runs missed {len(missed)} {missed}, with vehicles told falsely {len(false)} {false}; "
             f"vehicles missed {sum(one['missed'] for one in told.values())}, "
-            f"told falsely {sum(one['false'] for one in told.values())}"
+            f"told falsely {sum(one['false'] for one in told.values())}; "
+            f"told within {SOON_S} s {len(within) - len(late)} of {len(within)}, the others within {late} s"
         )
-        first = [min(one["deadlocks"], key=itemgetter(2)) for one in told.values() if one["deadlocks"]]
-        for what, since in (("the deadlock had closed", 1), ("the last in its circle had moved", 0)):
-            after = sorted(one[2] - one[since] for one in first if one[0] < NEVER_S)
-            if after:
-                soon = sum(seconds <= SOON_S for seconds in after)
-                print(
-                    f"  told {after[len(after) // 2]:.0f} s (median), {after[-1]:.0f} s (most) after {what}; "
-                    f"within {SOON_S} s {soon} of {len(after)}"
-                )
+    alone = [row["alone"] for row in found if "alone" in row]
+    print(f"left alone: of {sum(one[0] for one in alone)} told first {sum(one[1] for one in alone)} stand on")
+    named = [row["leaders"] for row in found]
+    print(
+        f"leaders: of {sum(one[0] for one in named)} that SUMO names {sum(one[1] for one in named)} the same"
+    )
 
 
 def main() -> None:

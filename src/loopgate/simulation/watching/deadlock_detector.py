@@ -19,6 +19,10 @@ __all__ = ["Deadlock", "DeadlockDetector", "ToldRefusal"]
 _CREEPS_MPS = 0.02
 """A vehicle that is slower than this between two checks stands [m/s]: it only moves up to its leader."""
 
+_STIRS_M, _SETTLES_S, _RESTLESS_S = 0.015, 20.0, 100.0
+"""A standing vehicle is restless for the last time after it has moved on by the first [m]; in the second time
+after it stopped it only settles [s]."""
+
 WaitFor = Mapping[str, Sequence[Sequence[str]]]
 """For each standing vehicle, sets of vehicles: of *every* set, *some* vehicle must move before it can.
 
@@ -137,8 +141,9 @@ class DeadlockDetector:
         self._at_gate = at_gate
         self._vehicles: Sequence[str] = ()
         self._number: dict[str, int] = {}
-        self._at_m = self._since_s = np.zeros(0)
-        """For each vehicle, its odometer at the last check [m], and the last check at which it moved [s]."""
+        self._at_m = self._since_s = self._rest_m = self._stirred_s = np.zeros(0)
+        """For each vehicle, its odometer at the last check [m], and the last check at which it moved [s]; the
+        same of moves however slow, once they add up."""
         self._checked_s = traffic.now_s
         self._kept_at: dict[str, float] = {}
         self._known: set[str] = set()
@@ -153,7 +158,7 @@ class DeadlockDetector:
         if not standing or (self._known.issuperset(standing) and not self.again):
             return None
         places: dict[str, str] = {}
-        self._on_road.look()
+        self._on_road.look(standing, self._restless(now))
         waits = {v: self._waits(v, places, now - still[v]) for v in standing}
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
@@ -182,14 +187,23 @@ class DeadlockDetector:
         """Store which vehicles have moved; return the numbers of the others."""
         if vehicles != self._vehicles:
             before = np.array([self._number.get(vehicle, -1) for vehicle in vehicles], dtype=np.int64)
-            self._at_m, self._since_s = (
-                np.append(column, -np.inf)[before] for column in (self._at_m, self._since_s)
+            columns = self._at_m, self._since_s, self._rest_m, self._stirred_s
+            self._at_m, self._since_s, self._rest_m, self._stirred_s = (
+                np.append(column, -np.inf)[before] for column in columns
             )
             self._vehicles, self._number = vehicles, {vehicle: n for n, vehicle in enumerate(vehicles)}
         moved = at_m - self._at_m > _CREEPS_MPS * (now - self._checked_s)
         self._checked_s, self._at_m = now, np.array(at_m)
         self._since_s[moved] = now
+        stirred = moved | (at_m - self._rest_m > _STIRS_M)
+        self._rest_m[stirred], self._stirred_s[stirred] = at_m[stirred], now
         return np.flatnonzero(~moved)
+
+    def _restless(self, now: float) -> set[str]:
+        """Return the standing vehicles that creep: fractions of a millimetre a second add up."""
+        settled_s = self._since_s + _SETTLES_S
+        creep = (self._stirred_s > settled_s) & (now - self._stirred_s < _RESTLESS_S)
+        return {self._vehicles[number] for number in np.flatnonzero(creep).tolist()}
 
     def _by(self, waits: WaitFor, stuck: AbstractSet[str]) -> str:
         """Return the kind of vehicles that cause a deadlock: without them no vehicle would be stuck."""

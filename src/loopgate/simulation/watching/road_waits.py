@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from heapq import heappop, heappush
 from itertools import islice, product
 from math import inf
@@ -106,7 +107,8 @@ class RoadWaits:
     - *Nothing changes.* What a driver does depends on what is around. If a vehicle has stood while all around
       it stood, it stands until one of them moves. So everybody around is a set. Two things change by
       themselves: lights, and the patience of drivers. So this set counts only when the vehicle has stood
-      for a cycle of the light, or until it is impatient.
+      for a cycle of the light, or until it is impatient. Who only has to leave a junction yields to those
+      inside alone, patient or not. A vehicle that creeps changes what is around it.
 
     Parameters
     ----------
@@ -138,11 +140,14 @@ class RoadWaits:
         self._lane: dict[str, tuple[str, float]] = {}
         self._creeping: set[str] = set()
         """The vehicles that have moved at all since the last look."""
+        self._standing: AbstractSet[str] = frozenset()
+        self._restless: AbstractSet[str] = frozenset()
         self._unsettled = False
         """Whether a body is in the way of the vehicle looked at that creeps, and so may come past it."""
 
-    def look(self) -> None:
-        """Take in where all vehicles are now."""
+    def look(self, standing: Collection[str] = (), restless: AbstractSet[str] = frozenset()) -> None:
+        """Take in where all vehicles are now, which stand for long, and which of them creep nevertheless."""
+        self._standing, self._restless = frozenset(standing), restless
         fronts, bodies = defaultdict(list), defaultdict(list)
         before, self._lane, self._creeping = self._lane, {}, set()
         for vehicle, lane, front_m in self._road.on_lanes():
@@ -174,8 +179,9 @@ class RoadWaits:
         if not at_end and len(sets) == 1 and len(sets[0]) == 1:
             return sets  # it stands in a queue
         if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
-            around = sorted(self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle})
-            sets += [around] if around else []
+            around = self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle}
+            if around and not self._restless & {vehicle, *around} and [*around] not in sets:
+                sets.append(sorted(around))
         return sets
 
     def _left_m(self, lane: str, front_m: float) -> float:
@@ -192,9 +198,20 @@ class RoadWaits:
             return [way for way in ways if way.to_id in onto] or ways
         return ways
 
+    def _is_leaving(self, lane: str, ways: Sequence[Connection]) -> bool:
+        """Return whether a lane is the last inside a junction: on it drivers yield to those inside alone.
+
+        Patience is for those who yield to others that come. An exit without space for a vehicle is of the
+        next junction.
+        """
+        lanes = self._network.lanes
+        return lanes[lane].internal and all(
+            way.via[-1] == lane and lanes[way.to_id].length_m > _AT_JUNCTION_M for way in ways
+        )
+
     def _until_sure_s(self, vehicle: str, lane: str, ways: Sequence[Connection]) -> float:
         """Return how long a vehicle must have stood until nothing changes by itself any more [s]."""
-        if not ways:
+        if not ways or self._is_leaving(lane, ways):
             return 0.0
         until_s = self._impatient_s + _SURELY_S
         lights = {way.signal[0] for way in ways if way.signal}
@@ -220,24 +237,39 @@ class RoadWaits:
             yield self._ahead(vehicle, lane, front_m)
             return
         wanted = {one.lanes[0]: one for one in known if not one.to_best or one.far_m >= _TURN_LANE_M}
-        if lane in wanted or self._ways(vehicle, lane) or self._leader(vehicle, lane, front_m):
+        of, leader = self._network.lanes[lane], self._leader(vehicle, lane, front_m)
+        if lane in wanted or self._ways(vehicle, lane) or leader:
             yield self._ahead(vehicle, lane, front_m)
-        of = self._network.lanes[lane]
+        free = not leader and self._left_m(lane, front_m) > self._road.size(vehicle)[1] + _TOUCHING_M
         lanes = [one.id for one in self._network.edges[of.edge].lanes]
         for way in lanes[of.index + 1 :], lanes[of.index - 1 :: -1] if of.index else ():
-            left = sum(one in wanted for one in way)
-            for other in way:
-                if not left:
-                    break
-                if beside := self._beside(vehicle, other, front_m):
-                    yield [[one] for one in beside]
-                    break
-                if other in wanted:
-                    left -= 1
-                    if not wanted[other].to_best:
-                        yield []  # it can move sideways, and make space
-                    elif (jam := self._jam(vehicle, lane, front_m, wanted[other])) is not None:
-                        yield [jam] if jam else []
+            last = max((number for number, one in enumerate(way) if one in wanted), default=-1)
+            yield from self._sideways(vehicle, lane, front_m, way[: last + 1], wanted, free=free)
+
+    def _sideways(
+        self,
+        vehicle: str,
+        lane: str,
+        front_m: float,
+        way: Sequence[str],
+        wanted: Mapping[str, LeadsOn],
+        *,
+        free: bool,
+    ) -> Iterator[list[list[str]]]:
+        """Yield the sets of vehicles that keep a vehicle from the lanes to one side, up to the first body."""
+        for other in way:
+            beside = self._beside(vehicle, other, front_m)
+            sets = [[one] for one in beside]
+            if (
+                beside and free
+            ):  # it does not stand at the end of its way, but so that others can change lanes
+                sets = [[*beside, *self._next_on((lane, other), front_m)]]
+            leads = wanted.get(other)
+            jam = self._jam(vehicle, lane, front_m, leads) if leads and leads.to_best else []
+            if jam is not None and (leads or beside):
+                yield [jam, *sets] if jam else sets  # without any it can move sideways, and make space
+            if beside:
+                return
 
     def _jam(self, vehicle: str, lane: str, front_m: float, other: LeadsOn) -> list[str] | None:
         """Return vehicles whose jam keeps a driver from a lane that is not the best; None if it is too short.
@@ -255,6 +287,7 @@ class RoadWaits:
         standing = [one for one in here if one.front_m > front_m]
         standing += [one for one in reversed(here) if one.front_m < front_m]
         standing += [one for further in best[1:] for one in self._fronts.get(further, ())]
+        standing.sort(key=lambda one: one.vehicle not in self._standing)  # of all sets the one that lasts
         jam: list[str] = []
         for one in standing:
             jam.append(one.vehicle)
@@ -275,6 +308,11 @@ class RoadWaits:
             and one.rear_m < front_m + gap_m + ahead_m
             and one.front_m > front_m - length_m - gap_m - behind_m
         ]
+
+    def _next_on(self, lanes: Sequence[str], front_m: float) -> Iterator[str]:
+        """Yield the first vehicle ahead on each of some lanes of an edge."""
+        for lane in lanes:
+            yield from islice((one.vehicle for one in self._fronts.get(lane, ()) if one.front_m > front_m), 1)
 
     def _leader(self, vehicle: str, lane: str, front_m: float) -> str:
         """Return the next vehicle in a lane, if a vehicle stands because of it; else an empty text."""
@@ -424,10 +462,13 @@ class RoadWaits:
         if not at_end:
             return found
         ways = self._over.get(lane, []) if of.internal else self._from.get(lane, [])
+        leaving = self._is_leaving(lane, ways)
         for junction in dict.fromkeys(way.junction for way in ways):
             for way in self._at[junction]:
                 for inside in way.via:
                     found.update(one.vehicle for one in self._bodies.get(inside, ()))
+                if leaving:
+                    continue
                 found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}

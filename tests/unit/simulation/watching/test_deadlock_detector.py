@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -28,6 +29,8 @@ class Standing:
         self.now_s = 0.0
         self.at_m = dict.fromkeys(waits, 0.0)
         self.pausing: set[str] = set()
+        self.standing: Collection[str] = ()
+        self.restless: AbstractSet[str] = frozenset()
 
     def vehicles(self) -> Sequence[str]:
         return list(self.waits)
@@ -41,8 +44,8 @@ class Standing:
     def at_own_stop(self, vehicle: str) -> bool:
         return vehicle in self.pausing
 
-    def look(self) -> None:
-        pass
+    def look(self, standing: Collection[str], restless: AbstractSet[str]) -> None:
+        self.standing, self.restless = standing, restless
 
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
         del stood_s
@@ -116,6 +119,21 @@ def test_who_creeps_stands() -> None:
         traffic.at_m["a"] += 0.01 if traffic.now_s > 30.0 else 5.0
         found += [deadlock] if (deadlock := watch.check()) else []
     assert [(one.closed_at_s, one.noticed_at_s) for one in found] == [(30.0, 90.0)]
+
+
+@pytest.mark.parametrize(("creeps_m", "until_s"), [(0.004, 450.0), (0.0, 150.0)])
+def test_who_creeps_is_restless_for_long(creeps_m: float, until_s: float) -> None:
+    """Under half a millimetre a second, which no single check shows."""
+    traffic = Standing({"a": ["b"], "b": []})
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    last_s = 0.0
+    while traffic.now_s < 2 * LONG_S:
+        traffic.now_s += 10.0
+        traffic.at_m["a"] += 5.0 if traffic.now_s <= 30.0 else creeps_m if traffic.now_s <= 350.0 else 0.0
+        watch.check()
+        last_s = traffic.now_s if "a" in traffic.restless else last_s
+    assert last_s <= until_s
+    assert (last_s > 350.0) == (creeps_m > 0.0)
 
 
 def test_whoever_has_broken_down_waits_for_nobody() -> None:

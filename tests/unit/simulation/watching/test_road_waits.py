@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
@@ -49,11 +49,18 @@ class Scene:
         del light
         return 90.0
 
-    def sets(self, stood_s: float = 60.0) -> list[list[str]]:
+    def sets(
+        self,
+        stood_s: float = 60.0,
+        *,
+        network: RoadNetwork = NETWORK,
+        standing: Collection[str] = (),
+        restless: Collection[str] = (),
+    ) -> list[list[str]]:
         """Return the sets of vehicle ``a``, which goes on from B2C2 to C2D2 if nothing else is said."""
         self.edges = {"a": ("A2B2", ["C2D2", "D2E2"]), **self.edges}
-        waits = RoadWaits(NETWORK, self)
-        waits.look()
+        waits = RoadWaits(network, self)
+        waits.look(standing, frozenset(restless))
         return waits.of("a", stood_s)
 
 
@@ -108,6 +115,50 @@ def test_when_nothing_around_has_changed_for_long_everybody_around_is_a_set() ->
     assert scene.sets(250.0) == [["b", "c"]]
 
 
+@pytest.mark.parametrize("restless", ["a", "b"])
+def test_who_creeps_changes_what_is_around(restless: str) -> None:
+    """Half a millimetre a second brought a vehicle past the others after half an hour."""
+    others = {"b": ("D2C2_0", END_M - 1.0), "c": ("C1C2_0", END_M - 1.0)}
+    assert Scene({"a": HEAD, **others}).sets(250.0, restless=restless) == []
+
+
+def test_who_only_has_to_leave_a_junction_yields_to_those_inside_alone() -> None:
+    """Not to c, which comes next and may drive on, and patient or not."""
+    (opposite,) = NETWORK.between("D2C2", "C2B2")
+    scene = Scene(
+        {"a": (WAY.via[0], 3.0), "b": (opposite.via[0], 3.0), "c": ("C1C2_0", END_M - 1.0)},
+        {"b": ("D2C2", ["C2B2"])},
+    )
+    assert scene.sets(60.0) == [["b"]]
+
+
+def _two_lanes(length_m: float) -> RoadNetwork:
+    pair = tuple(_lane(f"e_{index}", index, length_m) for index in range(2))
+    lanes = {lane.id: lane for lane in pair}
+    edges = {"e": Edge("e", "j0", "j1", pair)}
+    return RoadNetwork(name="two", file=Path("two"), edges=edges, lanes=lanes, junctions={}, connections=())
+
+
+@pytest.mark.parametrize(("ahead_m", "sets"), [(40.0, [["b", "c"]]), (1.0, [["b"]])])
+def test_who_stands_beside_another_with_space_ahead_waits_for_those_ahead_too(
+    ahead_m: float, sets: list[list[str]]
+) -> None:
+    """It stands so that b can change lanes, and drives up once c has gone; at the lane's end b counts."""
+    at_m = 50.0 - ahead_m
+    scene = Scene({"a": ("e_1", at_m), "b": ("e_0", at_m - 4.0), "c": ("e_0", at_m + 8.0)})
+    scene.lanes = [LeadsOn(("e_0",), 150.0, 0), LeadsOn(("e_1",), 50.0, -1)]
+    assert scene.sets(0.0, network=_two_lanes(50.0))[:1] == sets
+
+
+def test_of_a_jam_those_count_that_stand() -> None:
+    """A lane that leads on 210 m is worse than a jam shorter than 170 m: 23 vehicles, whichever."""
+    scene = Scene({"a": ("e_0", 10.0), **{f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(30)}})
+    scene.lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
+    standing = [f"n{k:02}" for k in range(5, 30)]
+    (jam, *_) = scene.sets(0.0, network=_two_lanes(300.0), standing=standing)
+    assert jam == ["n00", *standing[:23]]
+
+
 def test_a_light_that_is_red_ends() -> None:
     """And so does the wait of whoever stands at it, unless there is no room beyond."""
     network = RoadNetwork.open("networks/grid5-actuated.net.xml")
@@ -145,12 +196,16 @@ def test_many_short_lanes_before_a_junction_are_looked_at_once() -> None:
 
 
 def _short(name: str) -> Lane:
+    return _lane(f"{name}_0", 0, 1.0)
+
+
+def _lane(name: str, index: int, length_m: float) -> Lane:
     return Lane(
-        id=f"{name}_0",
-        edge=name,
-        index=0,
+        id=name,
+        edge=name.rpartition("_")[0],
+        index=index,
         internal=False,
-        length_m=1.0,
+        length_m=length_m,
         speed_mps=10.0,
         width_m=3.2,
         shape=((0.0, 0.0), (1.0, 0.0)),
