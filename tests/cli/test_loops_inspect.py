@@ -360,6 +360,36 @@ def test_sumo_takes_the_shapes(net: str, routes: str, abstraction: str, tmp_path
     assert "Warning" not in told.stderr
 
 
+@pytest.mark.parametrize("options", [(), _SEGMENTS])
+@pytest.mark.parametrize(
+    ("attributes", "why"),
+    [
+        ('tau="0.5"', "tau 0.5 is below the step of 1 s"),
+        (
+            'carFollowModel="EIDM" decel="1.5"',
+            "carFollowModel EIDM with decel 1.5 is too soft to stop at a line",
+        ),
+    ],
+)
+def test_inspect_refuses_the_types_that_run_refuses(
+    routes: Path, tmp_path: Path, attributes: str, why: str, options: tuple[str, ...]
+) -> None:
+    """In the same words; what can be shown is shown."""
+    (first, *_) = read_loops(RoadNetwork.open(_NET), routes).loops
+    typed = tmp_path / "typed.rou.xml"
+    typed.write_text(
+        f'<routes><vType id="soft" {attributes}/><vehicle id="a" type="soft" depart="0">'
+        f'<route edges="{" ".join(first.edges)}"/></vehicle></routes>',
+        encoding="utf-8",
+    )
+    shown = _RUN.invoke(cli, ["inspect", _NET, "--routes", str(typed), *options])
+    assert "1 loop" in shown.stdout
+    words = ["run", _NET, "--routes", str(typed), *options, "-o", str(tmp_path / "out")]
+    refused = str(_RUN.invoke(cli, words).exception)
+    assert f"vType soft: {why}" in refused
+    assert str(shown.exception) == refused
+
+
 @pytest.fixture
 def trips(tmp_path: Path) -> Path:
     """Two trips on the grid, one of which is too long for any place, and a loop."""

@@ -78,8 +78,8 @@ def inspect(
     route once: their ways, and who of them is ordinary traffic and why.
 
     NETWORK is a .net.xml or .net.xml.gz file, sumo:NAME for a network of the SUMO package, or a .sumocfg
-    with both. Ends with exit code 2 if some loop cannot work or the vehicles cannot all start; what can be
-    shown is shown all the same.
+    with both. Ends with exit code 2 if some loop cannot work, the vehicles cannot all start, or a run would
+    refuse a vehicle type; what can be shown is shown all the same.
     """
     from loopgate.cli.inspect_shared import Wanted
     from loopgate.network import RoadNetwork, read_loops
@@ -92,7 +92,7 @@ def inspect(
     if abstraction == "queues" and not (rho_m is None and piece_m is None):
         msg = "--rho and --piece belong to --abstraction segments; queues have neither"
         raise ScenarioError(msg)
-    wanted = Wanted(**given)
+    wanted = Wanted(**given, step_s=_step_s(network))
     length_m = wanted.vehicle_length_m
     if length_m is not None and not 0.0 < length_m <= _LONGEST_VEHICLE_M:
         msg = f"--vehicle-length is {length_m:g} m; expected more than 0, up to {_LONGEST_VEHICLE_M:g}"
@@ -122,6 +122,15 @@ def inspect(
         raise problem
 
 
+def _step_s(network: str) -> float:
+    """Return the length of a step of a run [s]: of the configuration, or the default."""
+    from loopgate.simulation.scenario import Scenario
+    from loopgate.simulation.sumo_options import from_configuration
+
+    set_s = from_configuration(network).get("step_s")
+    return set_s if isinstance(set_s, float) else Scenario(network=network).step_s
+
+
 def _look_at_trips(network: str, routes: Path | None, stops: str | None, wanted: Wanted) -> None:
     from loopgate.cli.inspect_trips import look_at_trips
     from loopgate.simulation.scenario import Scenario
@@ -136,5 +145,11 @@ def _look_at_trips(network: str, routes: Path | None, stops: str | None, wanted:
         if given is not None:
             msg = f"{routes or network}: its vehicles drive their routes once; {option} is for loops only"
             raise ScenarioError(msg)
-    scenario = Scenario(network=network, routes=str(routes or ""), stops=stops or "", seed=wanted.seed)
+    scenario = Scenario(
+        network=network,
+        routes=str(routes or ""),
+        stops=stops or "",
+        seed=wanted.seed,
+        step_s=wanted.step_s,
+    )
     look_at_trips(scenario, as_json=wanted.as_json)

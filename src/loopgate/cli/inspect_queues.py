@@ -20,6 +20,7 @@ from loopgate.cli.inspect_shared import (
     loops_data,
     print_reach,
     print_warnings,
+    undrivable,
 )
 from loopgate.cli.tables import console, print_table
 from loopgate.cli.terminal import print_json
@@ -95,7 +96,7 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
         later = [(loop, kind) for user in users if user not in first for _, loop, kind in (user,)]
         if first:
             placed, problem = _place(roads, first, later, wanted.seed, starts_m)
-        problem = problem or _unfit_stop(file, users, found)
+        problem = problem or _unfit_stop(file, users, found) or undrivable(roads, file, wanted.step_s)
     return _Seen(
         file,
         len(names),

@@ -14,6 +14,7 @@ from loopgate.cli.inspect_shared import (
     loops_data,
     print_reach,
     print_warnings,
+    undrivable,
 )
 from loopgate.cli.tables import console
 from loopgate.cli.terminal import print_json
@@ -88,7 +89,7 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted, rho_m: float, pi
         )
     except ScenarioError as error:
         return _Seen(layout, loops, None, error, coverage, warnings)
-    return _Seen(layout, loops, placed, None, coverage, warnings)
+    return _Seen(layout, loops, placed, undrivable(roads, file, wanted.step_s), coverage, warnings)
 
 
 def _data(seen: _Seen, found: Survey) -> dict[str, Any]:

@@ -7,12 +7,28 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from loopgate.errors import ScenarioError
+
 if TYPE_CHECKING:
     from rich.console import Console
 
     from loopgate.abstraction.itinerary import Abstraction, Itinerary
     from loopgate.abstraction.survey import Survey
+    from loopgate.network import RoadNetwork, RoutesFile
     from loopgate.network.coverage import Coverage
+
+
+def undrivable(roads: RoadNetwork, file: RoutesFile, step_s: float) -> ScenarioError | None:
+    """Return why `loopgate run` refuses a vehicle type of the file, or None."""
+    from loopgate.simulation.settings import check_types, highest_limits
+
+    _, loops, _ = file.robots()
+    try:
+        limits = highest_limits(roads, zip(loops, file.robot_types(), strict=True))
+        check_types(limits, step_s=step_s, source=str(file.file))
+    except ScenarioError as error:
+        return error
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +44,8 @@ class Wanted:
     out: Path | None
     """`picture`, `additional` and `out`: files to write, if any: the map, the shapes for SUMO's own tools,
     the system."""
+    step_s: float
+    """Length of a step of the simulation [s]."""
     as_json: bool
     """Whether JSON is printed instead of tables."""
 
