@@ -261,7 +261,7 @@ def test_times_of_a_configuration_may_have_colons(tmp_path: Path) -> None:
 
 LED_OFF = {
     "n.rou.xml": '<routes><flow id="f" begin="0" end="10" number="2" from="p1b" to="s1"/></routes>',
-    "n.add.xml": '<additional><rerouter id="r" edges="p1b"><interval begin="0" end="1e9">'
+    "n.add.xml": '<additional><rerouter id="r" edges="p1b" timeThreshold="9"><interval begin="0" end="1e9">'
     '<destProbReroute id="s2"/></interval></rerouter></additional>',
 }
 
@@ -282,7 +282,9 @@ def test_a_configuration_none_of_whose_vehicles_can_be_gated_runs(tmp_path: Path
     assert (told["gate"], told["audit"], told["trips"]) == ("open", "not gated", 2)
     assert "--gate open" in told["command"]
     (warning,) = done.stderr.splitlines()
-    assert warning.startswith(f"warning: {config}: none of its vehicles is gated: f.0: rerouter r leads it")
+    assert warning.startswith(
+        f"warning: {config}: none of its vehicles is gated: 2 vehicles, first f.0: rerouter r"
+    )
     assert warning.endswith("; all drive by SUMO's rules, as with --gate open")
     refused = loopgate("run", config, "--duration", "60", "--gate", "certified")
     assert (refused.returncode, refused.stdout) == (2, "")

@@ -11,11 +11,13 @@ from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
+from click.testing import CliRunner
 from full_ring import write_full_ring
 from made_networks import netgenerate, short_last_road
 
 from loopgate import Scenario
 from loopgate.analysis.rows import read_run_row
+from loopgate.cli.main import cli
 from loopgate.control import departures
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
@@ -474,24 +476,62 @@ def test_names_and_colours_as_sumo_takes_them(tmp_path: Path) -> None:
     assert (summary["arrived"], summary["audit"]) == (1, "clean")
 
 
-def test_circles_as_people_make_them(tmp_path: Path) -> None:
-    """A rerouter whose route is the lap itself changes nothing: told and left out. One edge is a trip."""
-    square = SQUARES[0]
+MORE = (
+    '</interval></rerouter><rerouter id="r1" edges="{}"><interval end="1e9"><destProbReroute id="{{first}}"/>'
+)
+FLOW = '<flow id="f" from="{first}" to="{third}"'
+TO_THIRD = '<destProbReroute id="{third}"/>'
+CIRCLES = {
+    "a lap": ('<route id="r" edges="{lap}"/><flow id="f" route="r"', '<routeProbReroute id="lap"/>', 1),
+    "two that hand over": (FLOW, TO_THIRD + MORE.format("{third}"), 1),
+    "a draw": (FLOW, f'{TO_THIRD}<destProbReroute id="{{second}}"/>' + MORE.format("{second} {third}"), 0),
+    "another destination": (FLOW, '<destProbReroute id="B1C1"/>', None),
+}
+"""Vehicles, a rerouter, and whether they then circle (1), drive on (0), or arrive (None)."""
+
+
+@pytest.mark.parametrize("name", CIRCLES)
+def test_circles_as_people_make_them(tmp_path: Path, name: str) -> None:
+    """What rerouters do is worked out before: a loop, a way without end, another way; `inspect` too."""
+    fleet, rerouter, circles = CIRCLES[name]
+    edges = SQUARES[0].split()
+    words = {"lap": SQUARES[0], "first": edges[0], "second": edges[1], "third": edges[2]}
+    rerouter = f'<rerouter id="r0" edges="{{first}}"><interval end="1e9">{rerouter}'
     (tmp_path / "r.add.xml").write_text(
-        f'<additional><route id="lap" edges="{square} B1C1"/><rerouter id="r0" edges="B1C1">'
-        '<interval begin="0" end="999"><routeProbReroute id="lap"/></interval></rerouter></additional>'
+        f'<additional><route id="lap" edges="{SQUARES[0]} {edges[0]}"/>{rerouter.format(**words)}'
+        "</interval></rerouter></additional>"
     )
     (tmp_path / "r.rou.xml").write_text(
-        '<routes><flow id="f" route="lap" begin="0" end="60" number="3"/></routes>'
+        f'<routes>{fleet.format(**words)} begin="0" end="60" number="3"/></routes>'
     )
     (tmp_path / "r.sumocfg").write_text(
         f'<configuration><net-file value="{Path(GRID).resolve()}"/><route-files value="r.rou.xml"/>'
         '<additional-files value="r.add.xml"/><end value="200"/></configuration>'
     )
     summary = simulate(Scenario(network=str(tmp_path / "r.sumocfg")), tmp_path / "out")
-    assert (summary["vehicles"], summary["audit"]) == (3, "clean")
-    assert summary["laps"] > 0
-    assert any("rerouter r0 is left out" in line for line in summary["warnings"])
+    assert (summary["vehicles"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
+    assert (summary["laps"] > 0) == (circles == 1)
+    assert (summary.get("arrived", 0) == 3) == (circles is None)
+    if circles == 1:
+        assert any("keeps 3 vehicles circling" in line for line in summary["warnings"])
+    done = CliRunner().invoke(cli, ["inspect", str(tmp_path / "r.sumocfg")])
+    assert (done.exit_code, "r0" in done.output) == (0, True)
+
+
+def test_no_more_vehicles_than_sumo_lets_in(tmp_path: Path) -> None:
+    """`max-num-vehicles` and `scale` hold for gated vehicles, too."""
+    (tmp_path / "r.rou.xml").write_text(
+        f'<routes><route id="lap" edges="{SQUARES[0]}"/>'
+        '<flow id="f" route="lap" begin="0" end="60" number="3"/></routes>'
+    )
+    for options, number in (("--scale 2", 6), ("--scale 4 --max-num-vehicles 5", 5)):
+        scenario = Scenario(network=GRID, routes=str(tmp_path / "r.rou.xml"), sumo=options, duration_s=200)
+        summary = simulate(scenario, tmp_path / options)
+        assert (summary["departed"] + 1, summary["audit"], summary["collisions"]) == (number, "clean", 0)
+
+
+def test_one_edge_is_a_trip(tmp_path: Path) -> None:
+    """A route of one edge that does not lead to itself."""
     one = tmp_path / "one.rou.xml"
     one.write_text('<routes><vehicle id="v" depart="0"><route edges="A0A1"/></vehicle></routes>')
     assert run(tmp_path / "one", one)["arrived"] == 1

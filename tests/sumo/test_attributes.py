@@ -58,7 +58,6 @@ BAD = {
     "actionStepLength": "5",
     "minGap": "0.1",
     "jmIgnoreJunctionFoeProb": "0.5",
-    "scale": "2",
     "timeToTeleport": "20",
     "timeToTeleportBidi": "20",
 }

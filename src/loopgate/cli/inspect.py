@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.terminal import FiniteRange
-from loopgate.errors import ScenarioError
+from loopgate.cli.terminal import FiniteRange, print_json, without_way_out
+from loopgate.errors import NobodyGatedError, ScenarioError
 
 if TYPE_CHECKING:
     from loopgate.cli.inspect_shared import Wanted
@@ -99,9 +99,16 @@ def inspect(
         raise ScenarioError(msg)
     roads = RoadNetwork.open(network)
     places = [Path(name.strip()) for name in (stops or "").split(",") if name.strip()]
-    file = read_loops(roads, routes or network, stops=places, once=abstraction == "queues")
-    if any(vehicle.once for vehicle in file.vehicles):
-        _look_at_trips(network, routes, stops, wanted)
+    try:
+        file = read_loops(roads, routes or network, stops=places, once=abstraction == "queues")
+        if any(vehicle.once for vehicle in file.vehicles):
+            _look_at_trips(network, routes, stops, wanted)
+            return
+    except NobodyGatedError as error:
+        if wanted.as_json:
+            print_json({"vehicles": [], "warnings": [without_way_out(error)]})
+        else:
+            click.echo(f"{without_way_out(error)}; loopgate run lets all drive by SUMO's rules")
         return
     file = file.drawn(wanted.seed)
     if abstraction == "queues":

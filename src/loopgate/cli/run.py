@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
-from loopgate.cli.terminal import EXIT_INTERRUPTED, print_json
+from loopgate.cli.terminal import EXIT_INTERRUPTED, print_json, without_way_out
 from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import Scenario, kinds, option_name, options, read_scenario
 
@@ -138,8 +138,9 @@ def run(
         except NobodyGatedError as error:
             if "gate" in given or "who" in given or network.endswith(".toml"):
                 raise
-            why = str(error).removesuffix("; or --gate open")
-            click.echo(f"warning: {why}; all drive by SUMO's rules, as with --gate open", err=True)
+            click.echo(
+                f"warning: {without_way_out(error)}; all drive by SUMO's rules, as with --gate open", err=True
+            )
             scenario = dataclasses.replace(scenario, gate="open")
             summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)
     if as_json:

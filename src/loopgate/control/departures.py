@@ -82,6 +82,8 @@ class DepartureRules:
         Returns whether every vehicle can still go on for ever with one more on a path.
     crowding
         When a path is crowded.
+    most
+        Most vehicles on the road, ordinary ones too; 0 for any number.
     """
 
     def __init__(
@@ -94,8 +96,9 @@ class DepartureRules:
         admits: Callable[[Track], bool] = lambda _: True,
         *,
         crowding: Crowding = WITHOUT_LIGHTS,
+        most: int = 0,
     ) -> None:
-        self._crowding = crowding
+        self._crowding, self._most = crowding, most
         self._traffic, self._driving, self._admits = traffic, driving, admits
         self._coming, self._limits = deque(due), limits
         self._by_name = {one.vehicle: one for one in due}
@@ -122,7 +125,9 @@ class DepartureRules:
         tried: set[str] = set()
         few = driving.once + len(driving.arrivals.coming) < self._least
         for one in first:
-            goes_on = one is longest or one.loop.closed or few
+            if self._most and len(self._traffic.vehicles()) + len(driving.arrivals.coming) >= self._most:
+                break
+            goes_on = one is longest or one.loop.closed or few or one.demand.led.goes_on
             if one.place in tried or not (goes_on or not self._is_crowded(one)):
                 continue
             tried.add(one.place)

@@ -75,12 +75,15 @@ def type_names(files: Iterable[Path]) -> frozenset[str]:
 def without(file: Path, gone: Callable[[ET.Element], bool], copy: Path) -> Path:
     """Return a copy of an additional file without some of its elements; relative file names still work.
 
-    Return the file itself if `gone` holds for none of them. Raises `RouteError` if it cannot be read,
+    `gone` may change an element. Return the file itself if it holds for none of them and changes none.
+
+    Raises `RouteError` if it cannot be read,
     `ResultsError` if the copy cannot be written.
     """
     top = read_additional(file)
+    before = ET.tostring(top)
     those = [one for one in top if gone(one)]
-    if not those:
+    if not those and ET.tostring(top) == before:
         return file
     for one in those:
         top.remove(one)

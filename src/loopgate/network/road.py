@@ -726,6 +726,8 @@ class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no ty
 
     def startElement(self, name: str, attrs: Mapping[str, str]) -> None:  # noqa: N802  named by sumolib
         """Take the beginning of an element."""
+        if name == "junction":  # SUMO also reads junctions that somebody has written by hand
+            attrs = {**dict(attrs.items()), **{key: attrs.get(key, "") for key in _OF_JUNCTIONS}}
         super().startElement(name, attrs)
         if name == "junction":
             self._junction = attrs["id"]
@@ -734,6 +736,10 @@ class _Reader(sumolib.net.NetReader):  # type: ignore[misc]  # sumolib has no ty
             self.changes[attrs["id"]] = _classes(attrs, "changeLeft"), _classes(attrs, "changeRight")
         elif name == "request" and attrs.get("cont", "0").lower() in _TRUE:
             self.waiting.add((self._junction, int(attrs["index"])))
+
+
+_OF_JUNCTIONS = ("type", "incLanes", "intLanes")
+"""Attributes of junctions that sumolib needs."""
 
 
 def _classes(attrs: Mapping[str, str], name: str) -> frozenset[str] | None:

@@ -10,8 +10,9 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.cache import Cache
-from loopgate.errors import RouteError
+from loopgate.errors import NobodyGatedError, RouteError
 from loopgate.network.additional import FLEET, demand_beside
+from loopgate.network.circling import Leads, Led, read_leads
 from loopgate.network.clock import as_number, time_of
 from loopgate.network.lanes import make_loop
 from loopgate.network.loop import Loop
@@ -28,8 +29,17 @@ from loopgate.network.stops import (
     stops_of_one_round,
 )
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, LedVehicle, closes, drives_once, lead_trips, one_round
-from loopgate.network.ungated import UngatedFleet, take_ungated
+from loopgate.network.trips import (
+    ENDS,
+    MIDDLE,
+    LedVehicle,
+    closes,
+    departs_s,
+    drives_once,
+    lead_trips,
+    one_round,
+)
+from loopgate.network.ungated import UngatedFleet, by_kind, take_ungated
 from loopgate.network.vehicle_demand import (
     FLOW_ATTRIBUTES,
     Flow,
@@ -47,7 +57,7 @@ from loopgate.network.vehicle_type import (
     vehicle_type,
 )
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import as_path, counted, is_file, of_kind, refusing, shown
+from loopgate.reading import as_path, counted, is_file, listed, of_kind, refusing, shown
 
 _BEYOND_M = 10.0
 """Largest distance of a position beyond its edge [m]: the lanes of an edge differ in length."""
@@ -79,6 +89,7 @@ class AskedVehicle:
     flow: Flow | None
     types: tuple[tuple[VehicleType, float], ...]
     ways: tuple[RouteChoice, ...]
+    led: Led = field(default_factory=Led)
 
     def on_loops(self, loops: Mapping[str, Loop], path: Path) -> VehicleDemand:
         """Return the vehicle with its departure position and its stops."""
@@ -110,6 +121,7 @@ class AskedVehicle:
             attributes={key: said[key] for key in carried if said.get(key)},
             parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
             vclass=way.vclass,
+            led=self.led,
         )
 
 
@@ -294,24 +306,27 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     more = demand_beside(beside, own)
     tops = [*own, *more]
     if not tops:
-        msg = f'{path}: the configuration names no route files; expected <route-files value="..."/>'
-        raise RouteError(msg)
+        msg = f"{path}: none of its vehicles is gated: it names no route files; or --gate open"
+        raise NobodyGatedError(msg)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
-    once = once and drives_once(network, tops, fleet)
+    found = _Found(network, places, once)
+    found.collect_types([*more, *own])
+    leads = _read_leads(network, beside, tops, found)
+    if leads is not None:
+        found.led = _lead(network, tops, fleet, beside, found)
+        found.follow(leads, fleet, tops)
+    goes_on = any(led.goes_on for led in found.led_by.values())
+    once = found.once = once and (goes_on or drives_once(network, tops, fleet))
     vehicle_files = tuple(file for file, top in more if any(one.tag in FLEET for one in top))
     ungated = take_ungated(tops, own) if once else UngatedFleet()
     gone = {id(one.element) for one in ungated.vehicles}
     fleet = [(source, one) for source, one in fleet if id(one) not in gone]
-    found = _Found(network, places, once)
-    found.collect_types([*more, *own])
     own_kinds = [kind.get("id", "") for _, top in own for kind in top.iter("vType")]
     found.refuse_types([one.get("type", DEFAULT_TYPE.id) for _, one in fleet] or own_kinds[:1])
-    if once:
-        kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id") in found.types]
-        classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
-        found.led = lead_trips(network, fleet, kinds, beside, classes=classes)
+    if once and leads is None:
+        found.led = _lead(network, tops, fleet, beside, found)
     lost = {name for name, ways in found.led.items() if not any(ways.values())}
     for _, top in tops:
         for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
@@ -322,12 +337,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         found.collect_vehicles(source, top)
     found.refuse_wrong()
     if not found.routes and ungated.vehicles:
-        first = ungated.vehicles[0]
-        msg = (
-            f"{path}: none of its vehicles can be gated, first {first.id}: {first.why}; let them drive "
-            f"as SUMO has it: name the file in a .sumocfg, and give that with --gate open"
-        )
-        raise RouteError(msg)
+        whys = by_kind({one.id: one.why for one in ungated.vehicles})
+        told = "; ".join(f"{counted(len(names), 'vehicle')}, first {names[0]}: {why}" for why, names in whys)
+        msg = f"{path}: none of its vehicles is gated: {told}; or --gate open"
+        raise NobodyGatedError(msg)
     if not found.routes:
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
@@ -346,12 +359,64 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         vehicle_files=vehicle_files,
         ungated=ungated,
         left_out=(
+            *found.circling(path),
             *wayless(path, found.led),
             *(f"{why}; no vehicle uses it" for why in found.unfit.values()),
             *left_out(tops, fleet=True, once=once),
         ),
         left_out_of_routes=left_out(tops, fleet=False),
     )
+
+
+Tops = Sequence[tuple[Path, ET.Element]]
+"""Files with their topmost elements."""
+
+
+def _edges_of(route: ET.Element) -> tuple[str, ...]:
+    return tuple(route.get("edges", "").split())
+
+
+def _put_on(element: ET.Element, route: str, at: int) -> None:
+    """Let a vehicle, trip or flow drive another route, from its edge number `at` on."""
+    for name in (*ENDS, *MIDDLE, "departEdge"):
+        element.attrib.pop(name, None)
+    for inner in element.findall("route"):
+        element.remove(inner)
+    element.set("route", route)
+    if at:
+        element.set("departEdge", f"{at}")
+
+
+def _does(led: Led) -> str:
+    """Return what rerouters do to vehicles, and what loopgate does instead; empty if they change nothing."""
+    if led.unknown:
+        return ""
+    if led.round:
+        return "loopgate keeps {} vehicles circling in place of these rerouters"
+    if led.goes_on:
+        return "{} vehicles led on without end; the way of each is drawn beforehand, as SUMO draws it"
+    return "{} vehicles led another way; they drive that from the start" if led.route else ""
+
+
+def _lead(
+    network: RoadNetwork,
+    tops: Sequence[tuple[Path, ET.Element]],
+    fleet: Sequence[tuple[Path, ET.Element]],
+    beside: Sequence[Path],
+    found: _Found,
+) -> LedVehicle:
+    """Return the routes of vehicles whose ends alone are known."""
+    kinds = [one for _, top in tops for one in top.iter("vType") if one.get("id") in found.types]
+    classes = {name: _first_of_class(spread) for name, spread in found.drawn_types.items()}
+    return lead_trips(network, fleet, kinds, beside, classes=classes)
+
+
+def _read_leads(
+    network: RoadNetwork, beside: Sequence[Path], tops: Sequence[tuple[Path, ET.Element]], found: _Found
+) -> Leads | None:
+    vclasses = {kind.vclass for kind in found.types.values()} | {DEFAULT_TYPE.vclass}
+    routes = (one for _, top in tops for one in top.iter("route") if one.get("id"))
+    return read_leads(network, beside, routes, sorted(vclasses))
 
 
 def _first_of_class(spread: Sequence[tuple[VehicleType, float]]) -> dict[str, str]:
@@ -401,6 +466,10 @@ class _Found:
     drawn_routes: dict[str, tuple[tuple[str, float], ...]] = field(default_factory=dict)
     drawn_types: dict[str, tuple[tuple[VehicleType, float], ...]] = field(default_factory=dict)
     """`drawn_routes` and `drawn_types`: the parts of each distribution with their shares, by name."""
+    rounds: set[str] = field(default_factory=set)
+    """The routes that rerouters let vehicles drive again and again, by name."""
+    led_by: dict[str, Led] = field(default_factory=dict)
+    """Where rerouters lead vehicles, trips and flows, by name."""
     _asked: list[AskedVehicle] = field(default_factory=list)
     _wrong: list[str] = field(default_factory=list)
 
@@ -444,6 +513,75 @@ class _Found:
         if wrong:
             raise RouteError("; ".join(wrong))
 
+    def follow(self, leads: Leads, fleet: Sequence[tuple[Path, ET.Element]], tops: Tops) -> None:
+        """Give each vehicle the way on which rerouters lead it, by a new route in its file."""
+        routes = {one.get("id", ""): one for _, top in tops for one in top.iter("route") if one.get("id")}
+        there = dict(tops)
+        made: dict[tuple[str, ...], str] = {}
+        left: set[str] = set()  # routes that vehicles do not drive any more
+        for source, element in fleet:
+            name, on = element.get("id", ""), element.get("route", "")
+            inner = element.find("route")
+            route = inner if inner is not None else routes.get(on)
+            edges = _edges_of(route) if route is not None else self._led_edges(name)
+            if not edges:
+                continue  # a distribution of routes, or no way at all
+            at = int(as_number(element.get("departEdge", "0"), default=0.0)) % len(edges)
+            kind = element.get("type", DEFAULT_TYPE.id)
+            led = leads.lead(self.network, edges, at, kind, self._vclass(kind), departs_s(element))
+            if any(one is not None and one.find("stop") is not None for one in (element, route)):
+                led = replace(led, round=())  # it makes its stops once
+            if led.route and not self._edges_of_stops(element) <= set(led.route):
+                first = f"rerouter {led.rerouters[0]} at {edges[at]}"
+                led = Led(led.rerouters, unknown=f"{first}: its way misses stops")
+            if led.rerouters:
+                self.led_by[name] = led
+            own = led.round or led.route
+            if own and own not in made:
+                made[own] = f"{on}@{'round' if led.round else 'rerouted'}" if on else name
+                ET.SubElement(there[source], "route", id=made[own], edges=" ".join(own))
+                self.rounds |= {made[own]} if led.round else set()
+                left.add(on)
+            if own:
+                _put_on(element, made[own], led.at)
+        driven = {element.get("route", "") for _, element in fleet}
+        for _, top in tops:
+            for one in [one for one in top.findall("route") if one.get("id", "") in left - driven]:
+                top.remove(one)
+
+    def _edges_of_stops(self, element: ET.Element) -> set[str]:
+        """Return the edges on which a vehicle stops."""
+        found = set()
+        for stop in element.iter("stop"):
+            named = next((self.places[v].lane for v in stop.attrib.values() if v in self.places), "")
+            lane = stop.get("lane") or named
+            found.add(lane.rpartition("_")[0] if lane else stop.get("edge", ""))
+        return found
+
+    def _led_edges(self, name: str) -> tuple[str, ...]:
+        """Return the edges that SUMO's router has found for a vehicle of one class."""
+        ways = list(self.led.get(name, {}).values())
+        return tuple(ways[0].split()) if len(ways) == 1 else ()
+
+    def _vclass(self, kind: str) -> str:
+        """Return the class of a type, or of the first of a distribution."""
+        spread = self.drawn_types.get(kind)
+        return (spread[0][0] if spread else self.types.get(kind, DEFAULT_TYPE)).vclass
+
+    def circling(self, path: Path) -> Iterator[str]:
+        """Yield how rerouters lead vehicles, a line for each set of rerouters."""
+        by_rerouters: dict[tuple[tuple[str, ...], str], list[AskedVehicle]] = {}
+        for one in self._asked:
+            if does := _does(one.led):
+                by_rerouters.setdefault((one.led.rerouters, does), []).append(one)
+        for (rerouters, does), some in by_rerouters.items():
+            numbers = [one.flow.number if one.flow else 1 for one in some]
+            many = "the" if None in numbers else f"{sum(n or 0 for n in numbers)}"
+            names = listed([one.element.get("id", "") for one in some], 3)
+            yield f"{path}: {names}: {listed(rerouters)}: {does.format(many)}"
+        for one in (one for one in self._asked if one.led.unknown and self.routes[one.ways[0].route].again):
+            yield f"{path}: {one.element.get('id', '')}: {one.led.unknown}: it leads nobody off a loop"
+
     def collect_routes(self, source: Path, top: ET.Element) -> None:
         """Collect the routes that are not inside a vehicle."""
         for number, element in enumerate(top.findall("route")):
@@ -465,7 +603,8 @@ class _Found:
         what = f"{source}: route {name}"
         cycle_s = time_of(element, "cycleTime", what) or 0.0
         stops = self._stops(element, what, cycle_s, since_depart=True)
-        again = not self.once or (element.get("repeat", "0") != "0" and closes(self.network, edges))
+        repeats = name in self.rounds or element.get("repeat", "0") != "0"
+        again = not self.once or (repeats and closes(self.network, edges))
         self.routes[name] = _Route(name, edges, source, stops, cycle_s, again)
 
     def _add_spread(self, source: Path, spread: ET.Element, name: str) -> tuple[tuple[str, float], ...]:
@@ -519,7 +658,7 @@ class _Found:
             kind = next(kind for kind, _ in types if vclass in {"", kind.vclass})
             stops = stops_of_one_round((*route.stops, *own), route.rounds)
             ways.append(RouteChoice(on, share, vclass, kind, stops))
-        return AskedVehicle(element, at_s, flow, types, tuple(ways))
+        return AskedVehicle(element, at_s, flow, types, tuple(ways), self.led_by.get(name, Led()))
 
     def _ways(self, source: Path, element: ET.Element, what: str) -> Iterator[tuple[str, float, str]]:
         """Yield the routes of a vehicle: name, share, and the vehicle class that it is for ("" for all)."""

@@ -18,7 +18,7 @@ from loopgate.network.vehicle_type import routes_named
 from loopgate.network.xml_file import write_xml
 from loopgate.reading import shown
 
-_ENDS = (
+ENDS = (
     "from",
     "to",
     "fromJunction",
@@ -30,6 +30,8 @@ _ENDS = (
     "fromLonLat",
     "toLonLat",
 )
+"""Attributes with the ends of a trip."""
+
 MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
 """Attributes with points that a trip must pass."""
 
@@ -138,10 +140,10 @@ def lead_trips(
         name = element.get("type", "")
         return classes.get(name) or {vclasses.get(name, _CAR): name}
 
-    for source, element in sorted(asked, key=lambda one: _departs_s(one[1])):
+    for source, element in sorted(asked, key=lambda one: departs_s(one[1])):
         _check(network, element, f"{source}: {element.tag} {element.get('id', '')}")
-        said = {name: element.attrib[name] for name in (*_ENDS, *MIDDLE) if name in element.attrib}
-        said["depart"] = f"{_departs_s(element):g}"
+        said = {name: element.attrib[name] for name in (*ENDS, *MIDDLE) if name in element.attrib}
+        said["depart"] = f"{departs_s(element):g}"
         for vclass, kind in kinds(element).items():
             more = {"type": kind} if kind else {}
             trip = ET.SubElement(top, "trip", {"id": f"{element.get('id', '')}@{vclass}", **said, **more})
@@ -159,7 +161,7 @@ def lead_trips(
 
 def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
     """Refuse a trip without ends, or with an edge outside the network."""
-    if not any(name in element.attrib for name in _ENDS) and element.find("stop") is None:
+    if not any(name in element.attrib for name in ENDS) and element.find("stop") is None:
         msg = f"{what}: it has neither a route nor from and to; expected one of them"
         raise RouteError(msg)
     for name in ("from", "to", "via"):
@@ -183,13 +185,7 @@ def ways_between(
     """
     if not asked:
         return {}
-    top = ET.Element("routes")
-    for vclass in sorted({vclass for _, _, vclass in asked}):
-        ET.SubElement(top, "vType", id=vclass, vClass=vclass)
-    for number, (first, last, vclass) in enumerate(asked):
-        ET.SubElement(
-            top, "trip", {"id": f"{number}", "depart": "0", "from": first, "to": last, "type": vclass}
-        )
+    top = _between(asked)
     found: dict[tuple[str, str, str], list[tuple[str, ...]]] = {one: [] for one in asked}
     for seed in range(1, _ATTEMPTS + 1):
         routes = _routed(network, top, (), seed, disturbed=_DISTURBED)
@@ -201,6 +197,37 @@ def ways_between(
     return found
 
 
+def find_ways(
+    network: RoadNetwork, asked: Sequence[tuple[str, str, str]]
+) -> dict[tuple[str, str, str], tuple[str, ...]]:
+    """Return the quickest route between two edges on empty roads, as SUMO chooses it, where there is one.
+
+    `asked`: first and last edge, and vehicle class. Raises `RouteError` if SUMO's router fails.
+    """
+    found: dict[tuple[str, str, str], tuple[str, ...]] = {o: o[:1] for o in asked if o[0] == o[1]}
+    left = [one for one in asked if one not in found]
+    if not left:
+        return found
+    routes = _routed(network, _between(left), (), seed=1)
+    for number, (first, last, vclass) in enumerate(left):
+        edges = tuple(routes.get(f"{number}", "").split())
+        if edges and _leads(network, edges, last, vclass):
+            found[first, last, vclass] = edges
+    return found
+
+
+def _between(asked: Sequence[tuple[str, str, str]]) -> ET.Element:
+    """Return trips between two edges each, called by their numbers."""
+    top = ET.Element("routes")
+    for vclass in sorted({vclass for _, _, vclass in asked}):
+        ET.SubElement(top, "vType", id=vclass, vClass=vclass)
+    for number, (first, last, vclass) in enumerate(asked):
+        ET.SubElement(
+            top, "trip", {"id": f"{number}", "depart": "0", "from": first, "to": last, "type": vclass}
+        )
+    return top
+
+
 def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: str) -> bool:
     """Return whether a route reaches its end: the router also writes routes with unconnected edges."""
     open_to = all(edge in network.edges and network.edges[edge].allows(vclass) for edge in edges)
@@ -208,7 +235,8 @@ def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: s
     return follow and to in {None, edges[-1]}
 
 
-def _departs_s(element: ET.Element) -> float:
+def departs_s(element: ET.Element) -> float:
+    """Return when a vehicle, or the first of a flow, departs [s]; 0 if its file gives no time."""
     try:
         return seconds(element.get("begin" if element.tag == "flow" else "depart", "0"))
     except ValueError:

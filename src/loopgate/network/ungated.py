@@ -1,5 +1,6 @@
 """Vehicles that no gate can drive; they become ordinary traffic."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -16,7 +17,10 @@ _SUDDEN = ("triggered", "containerTriggered", "split")
 """Values of ``depart`` with which an event, not a time, lets a vehicle depart."""
 
 _TYPES = ("vType", "vTypeDistribution")
-_MOST_SHOWN = 20
+_MOST_SHOWN = 6
+
+_OWN = re.compile(r"(?:\b(?:loop|place|lane|edge|stop at|vType|rerouter) )\S+|\S*\d\S*")
+"""What differs between reasons of one kind: names and figures."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,12 +128,24 @@ def _why_stop(element: ET.Element) -> str:
     )
 
 
-def in_ordinary_traffic(source: Path | str, whys: Mapping[str, str]) -> tuple[str, ...]:
-    """Return a line that names the vehicles that no gate can drive, by reason."""
-    if not whys:
-        return ()
-    by_reason: dict[str, list[str]] = {}
+def by_kind(whys: Mapping[str, str]) -> list[tuple[str, list[str]]]:
+    """Return the kinds of reasons, each as its first vehicle has it, with the names; the most frequent first.
+
+    Reasons are of one kind if they differ only in names and figures.
+
+    >>> by_kind({"a": "lane x_0 is 3 m long", "b": "it stands", "c": "lane y_1 is 4 m long"})
+    [('lane x_0 is 3 m long', ['a', 'c']), ('it stands', ['b'])]
+    """
+    kinds: dict[str, tuple[str, list[str]]] = {}
     for name, why in whys.items():
-        by_reason.setdefault(why, []).append(name)
-    said = "; ".join(f"{listed(names, _MOST_SHOWN)}: {why}" for why, names in by_reason.items())
-    return (f"{source}: {counted(len(whys), 'vehicle')} (a flow counts once) in ordinary traffic: {said}",)
+        kinds.setdefault(_OWN.sub("", why), (why, []))[1].append(name)
+    return sorted(kinds.values(), key=lambda kind: -len(kind[1]))
+
+
+def in_ordinary_traffic(source: Path | str, whys: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a line for each kind of reason why no gate can drive vehicles, with their number and names."""
+    return tuple(
+        f"{source}: {counted(len(names), 'vehicle')} in ordinary traffic (a flow counts once), "
+        f"{listed(names, _MOST_SHOWN)}: {f'first {names[0]}: ' if len(names) > 1 else ''}{why}"
+        for why, names in by_kind(whys)
+    )

@@ -11,6 +11,7 @@ from random import Random
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
+from loopgate.network.circling import Led
 from loopgate.network.clock import as_number, time_of
 from loopgate.network.loop import Loop
 from loopgate.network.stops import Stop
@@ -77,6 +78,16 @@ class Flow:
             return min(most, self.rate_per_s * lasts_s)
         before = self._number_before(since_s, run_end_s)
         return max(0.0, min(most, self._number_before(until_s, run_end_s)) - before)
+
+    def scaled(self, scale: float) -> Flow:
+        """Return the flow with `scale` times as many departures."""
+        return replace(
+            self,
+            number=None if self.number is None else ceil(self.number * scale),
+            period_s=None if self.period_s is None else self.period_s / scale,
+            rate_per_s=None if self.rate_per_s is None else self.rate_per_s * scale,
+            probability=None if self.probability is None else min(1.0, self.probability * scale),
+        )
 
     def _until_s(self, run_end_s: float) -> float:
         if self.end_s is None or (self._by_number and self.end_s == self.begin_s):
@@ -189,6 +200,8 @@ class VehicleDemand:
     """The same vehicle on each route from which its route is drawn, with shares."""
     vclass: str = ""
     """The vehicle class that the route requires; empty for any class."""
+    led: Led = field(default_factory=Led, hash=False)
+    """Where rerouters lead it."""
 
     @property
     def once(self) -> bool:
@@ -240,6 +253,25 @@ class VehicleDemand:
         if ways or not self.ways:
             way = draw(ways, rng) if ways else self
             yield replace(way, id=name, type=kind, types=(), ways=())
+
+
+def scaled(vehicles: Iterable[VehicleDemand], scale: float) -> Iterator[VehicleDemand]:
+    """Yield the vehicles and flows of a file as often as SUMO's option ``scale`` and types of theirs want.
+
+    Copies of a vehicle are called ``ID.1`` and so on, as in SUMO.
+    """
+    loaded: dict[float, int] = {}
+    for vehicle in vehicles:
+        times = scale * as_number(vehicle.type.attributes.get("scale", "1"), default=1.0)
+        if times == 1.0:
+            yield vehicle
+        elif vehicle.flow is not None:
+            yield from [replace(vehicle, flow=vehicle.flow.scaled(times))] if times > 0.0 else []
+        else:
+            before = loaded.get(times, 0)
+            loaded[times] = before + 1
+            number = ceil((before + 1) * times) - ceil(before * times)
+            yield from (replace(vehicle, id=f"{vehicle.id}.{k}" if k else vehicle.id) for k in range(number))
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,14 +11,14 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.cache import without_collection
 from loopgate.control.start import VehicleStart
-from loopgate.errors import NobodyGatedError, ScenarioError
+from loopgate.errors import ScenarioError, TooManyVehiclesError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.incidents import Incidents, read_incidents
 from loopgate.network.stops import Stop
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
-from loopgate.network.vehicle_demand import RoutesFile
+from loopgate.network.vehicle_demand import RoutesFile, scaled
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import (
     check_number,
@@ -28,13 +28,20 @@ from loopgate.simulation.demand.allotment import (
     random_loops,
     spread,
 )
-from loopgate.simulation.demand.apart import cannot_stop, fitted_stops, share_lanes, sort_out
+from loopgate.simulation.demand.apart import (
+    cannot_stop,
+    fitted_stops,
+    going_on,
+    nobody_gated,
+    share_lanes,
+    sort_out,
+)
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import brakes_late, check_types, highest_limits, unforeseen
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
-from loopgate.simulation.sumo_options import begins_s
+from loopgate.simulation.sumo_options import begins_s, option_of
 
 _MOST_LOOPS = 40
 
@@ -176,6 +183,8 @@ def assemble(scenario: Scenario) -> Assembly:
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
     if scenario.gated or scenario.abstraction != "segments" or distinct:
+        if scenario.gated and file is not None and not scenario.counts_vehicles:
+            vehicles, later = _as_fit(scenario, network, vehicles, later)
         # The first later vehicle shows the states; no vehicle stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
     unstopping = cannot_stop(later, abstraction) if scenario.gated else {}
@@ -183,10 +192,7 @@ def assemble(scenario: Scenario) -> Assembly:
     ordinary += [v for v in later if v.id in unstopping]
     everybody = [v for v in everybody if v.id not in unstopping]
     if not everybody:
-        name, why = next(iter(unstopping.items()))
-        source = scenario.routes or scenario.network
-        msg = f"{source}: none of its vehicles is gated: {name}: {why}; or --gate open"
-        raise NobodyGatedError(msg)
+        raise nobody_gated(scenario.routes or scenario.network, sorted_out)
     if abstraction is not None and unstopping:
         if not vehicles and later[0].id in unstopping:  # the one that shows the states drives
             abstraction = _abstraction(scenario, network, everybody[:1], [*later, *others])
@@ -268,9 +274,14 @@ def _read_vehicles(
     if file.vehicles and not counts:
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        if scenario.gated:
+            demand = scaled(file.vehicles, option_of(scenario, "scale", 1.0))
+            file = replace(file, vehicles=tuple(demand))
         check_number(file, begin_s, end_s)
         mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
-        return share_lanes(network, mine), (*file.left_out, *_outside(scenario, file, begin_s, end_s)), file
+        mine = going_on(network, mine, end_s, scenario.seed)
+        told = (*file.left_out, *_outside(scenario, file, begin_s, end_s))
+        return share_lanes(network, mine), told, file
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
         for v in give_loops(scenario, network, file)
@@ -362,6 +373,23 @@ def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Vehic
     if scenario.abstraction != "queues":
         return {}  # on segments there are no crossings to clear
     return unforeseen(network, users)
+
+
+def _as_fit(
+    scenario: Scenario, network: RoadNetwork, vehicles: list[VehicleDemand], later: list[VehicleDemand]
+) -> tuple[list[VehicleDemand], list[VehicleDemand]]:
+    """Return the vehicles that find a place at the beginning, and those that wait to depart."""
+    most = len(vehicles)
+    if limit := option_of(scenario, "max-num-vehicles", 0.0):
+        most = min(most, int(limit))
+    if scenario.abstraction == "queues" and vehicles:
+        try:
+            _abstraction(scenario, network, vehicles[:most], [])
+        except TooManyVehiclesError as error:
+            most = error.fitting
+    begin_s = begins_s(scenario)
+    waiting = [replace(v, depart_s=max(begin_s, v.depart_s)) for v in vehicles[most:]]
+    return vehicles[:most], sorted([*waiting, *later], key=lambda v: v.depart_s)
 
 
 def _abstraction(

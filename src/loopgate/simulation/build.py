@@ -34,6 +34,7 @@ from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
 from loopgate.simulation.session import Reports, Session, StopFigures
+from loopgate.simulation.sumo_options import option_of
 from loopgate.simulation.surroundings.laid_roads import LaidRoads
 from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.ungated_closures import UngatedClosures
@@ -238,6 +239,7 @@ def open_gated(
             room,
             _admits(scenario, gate, laid, len(assembly.tracks)),
             crowding=AT_LIGHTS if scenario.rule_for_lights == "obey" else WITHOUT_LIGHTS,
+            most=int(option_of(scenario, "max-num-vehicles", 0.0)),
         )
         looks.append(departures.look)
     rerouting = containment = None

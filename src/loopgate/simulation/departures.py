@@ -107,6 +107,8 @@ class GatedDepartures(Departures):
     admits
         Returns whether the gate would admit a further vehicle. By default, condition (S) of
         `loopgate.gates.certified.crowding` decides for vehicles on loops.
+    crowding, most
+        As for `loopgate.control.departures.DepartureRules`.
     """
 
     def __init__(
@@ -119,8 +121,9 @@ class GatedDepartures(Departures):
         admits: Callable[[Track], bool] | None = None,
         *,
         crowding: Crowding = WITHOUT_LIGHTS,
+        most: int = 0,
     ) -> None:
-        self._crowding = crowding
+        self._crowding, self._most = crowding, most
         super().__init__(departures)
         self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
@@ -142,7 +145,9 @@ class GatedDepartures(Departures):
         """Let vehicles depart that are due and may."""
         if self._rules is None:  # by now the vehicles of the beginning are on the road
             rules = self._traffic, self._driving, self._due, self._slots, self._limits
-            self._rules = DepartureRules(*rules, admits=self._admits, crowding=self._crowding)
+            self._rules = DepartureRules(
+                *rules, admits=self._admits, crowding=self._crowding, most=self._most
+            )
         self._rules.look()
 
     def _may_stay(self, track: Track) -> bool:

@@ -1,6 +1,6 @@
 """Runs a scenario, and writes its run folder."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +20,7 @@ from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
@@ -31,7 +32,7 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
-from loopgate.simulation.sumo.devices import idle_rerouters, refuse_what_leads_off
+from loopgate.simulation.sumo.devices import refuse_what_leads_off
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import (
     DiskGuard,
@@ -41,7 +42,7 @@ from loopgate.simulation.sumo.start import (
     plain_options,
     start_traffic,
 )
-from loopgate.simulation.sumo_options import SumoOptions, sumo_options
+from loopgate.simulation.sumo_options import SumoOptions, option_of, sumo_options
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import FlowMeter, FrontRecorder
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
@@ -239,8 +240,6 @@ def open_session(
     if beside is not None:
         check_flows(beside.flows, assembly.begin_s, end_s, beside.file)
     keeping = _keeping(scenario, assembly, negotiation)
-    alone = scenario.gated and not (scenario.traffic or assembly.others)
-    idle = idle_rerouters(_beside(scenario, assembly, said), assembly.loops) if alone else {}
     with writing(folder / run_folder.SCENARIO):
         scenario.write(folder / run_folder.SCENARIO)
     if assembly.abstraction is not None:
@@ -249,7 +248,7 @@ def open_session(
     options = [
         *said.arguments,
         *("--net-file", str(assembly.network.file)),
-        *_input_options(scenario, assembly, folder, said, beside, idle),
+        *_input_options(scenario, assembly, folder, said, beside),
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
         *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),
@@ -272,12 +271,7 @@ def open_session(
             ways = {start.loop.id: start.loop for start in assembly.everybody}
             guard.append(Window(traffic, session.drive, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
-        round_and_round = (
-            f"{scenario.routes or scenario.network}: rerouter {name} is left out: it leads vehicles round "
-            f"loop {loop}, which they drive round and round anyway"
-            for name, loop in idle.items()
-        )
-        notes = (*said.notes, *said.taken_over_by(options), *absent, *round_and_round, *session.notes)
+        notes = (*said.notes, *said.taken_over_by(options), *absent, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)
 
 
@@ -292,22 +286,24 @@ def _input_options(
     folder: Folder,
     said: SumoOptions,
     ordinary: TrafficFile | None,
-    idle: Collection[str],
 ) -> list[str]:
     beside = _beside(scenario, assembly, said)
+    scale = option_of(scenario, "scale", 1.0) if scenario.gated else 1.0
     routes = ["--route-files", ""] if said.configured else []
     if ordinary:
         ordinary.check_names(assembly.names)
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     if assembly.others:
         file = folder / run_folder.ORDINARY
-        write_ordinary(assembly.ordinary, file, known=type_names(beside), ungated=assembly.ungated)
+        known = type_names(beside)
+        write_ordinary(assembly.ordinary, file, known=known, ungated=assembly.ungated, scale=scale)
         if ordinary:
             ordinary.check_names(assembly.others)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
-        refuse_what_leads_off(beside, assembly.loops, idle)
-    beside = without_vehicles(beside, assembly.vehicle_files, folder.path, idle)
+        refuse_what_leads_off(beside, assembly.loops)
+    types = _types_of_others(assembly, ordinary) if scenario.gated else None
+    beside = without_vehicles(beside, assembly.vehicle_files, folder.path, types)
     placed, later = (assembly.starts, assembly.departures) if scenario.gated else (assembly.everybody, ())
     round_ = [one for one in assembly.other_ways if one.loop.id in assembly.detours]
     starts = write_sumo_input(
@@ -317,9 +313,21 @@ def _input_options(
         begin_s=assembly.begin_s,
         later=[*later, *round_],
         renews=not assembly.detours,
+        scale=scale,
     )
     begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
     return [*starts, *routes, *begin]
+
+
+def _types_of_others(assembly: Assembly, ordinary: TrafficFile | None) -> set[str]:
+    """Return the types of the vehicles that no gate drives, by name."""
+    found = {v.type.id for v in assembly.ordinary}
+    if assembly.ungated.vehicles:
+        kinds = (one.get("id", "") for top in assembly.ungated.demand for one in top.iter("vType"))
+        found |= {DEFAULT_TYPE.id, *kinds, *(v.element.get("type", "") for v in assembly.ungated.vehicles)}
+    if ordinary is not None:
+        found |= {DEFAULT_TYPE.id, *type_names(ordinary.additional_files), *type_names(ordinary.route_files)}
+    return found - {""}
 
 
 def _keeping(

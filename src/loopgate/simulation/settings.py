@@ -23,7 +23,6 @@ _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
 
 _LETS = {
     "jmIgnoreJunctionFoeProb": (0.0, "it drive into vehicles inside a junction"),
-    "scale": (1.0, "SUMO put in vehicles that no gate knows of"),
     "timeToTeleport": (0.0, "it jump over others, of which no gate is told"),
     "timeToTeleportBidi": (0.0, "it jump over others, of which no gate is told"),
 }
@@ -65,7 +64,6 @@ _UNDER_NO_GATE = {
     _ACTION_OPTION: "above the step a vehicle takes no orders from a gate in between; leave it out",
     "default.carfollowmodel": "give it as carFollowModel of a vType, so that the gate knows of it",
     "lanechange.duration": "a vehicle is between lanes for a while, which no place describes; leave it out",
-    "max-num-vehicles": "SUMO could keep vehicles of the gate out; leave it out",
     "load-state": "the gate knows nothing of the vehicles in it; leave it out",
     "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",

@@ -6,15 +6,17 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from loopgate.errors import LoopgateError, ScenarioError
 from loopgate.network.additional import FLEET, read_additional
-from loopgate.network.clock import seconds
+from loopgate.network.clock import as_number, seconds
 from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_config
 from loopgate.network.traffic_file import check_flows, flows_in
 from loopgate.network.vehicle_demand import Flow, RoutesFile
+from loopgate.reading import shown
 from loopgate.simulation.settings import check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, OWN_OUTPUT, REPLACED, own_words
 
@@ -146,6 +148,23 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         source=str(config.file),
         outputs={name: value for name, value in config.options.items() if name.startswith(_OUTPUTS)},
     )
+
+
+def option_of(scenario: Scenario, name: str, default: float) -> float:
+    """Return a number that the scenario's configuration, or the scenario itself, gives to SUMO as an option.
+
+    Raises
+    ------
+    ScenarioError
+        If it is no number of at least 0.
+    """
+    config = read_sumo_config(scenario.network).options if is_sumo_config(scenario.network) else {}
+    text = dict(own_words(scenario.sumo)).get(name, config.get(name))
+    value = default if text is None else as_number(text)
+    if not 0.0 <= value < inf and value != default:
+        msg = f"{scenario.network}: {name} is {shown(text)}; expected a number of at least 0"
+        raise ScenarioError(msg)
+    return value
 
 
 def from_configuration(network: str) -> dict[str, object]:

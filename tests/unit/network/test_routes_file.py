@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from roads import roads
 
-from loopgate.errors import LoopgateError, NetworkError, RouteError
+from loopgate.errors import LoopgateError, NetworkError, NobodyGatedError, RouteError
 from loopgate.network import RoadNetwork, VehicleType, make_loop, read_loops, read_sumo_config, write_loops
 from loopgate.network.vehicle_type import vehicle_type
 
@@ -171,7 +171,7 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
     with pytest.raises(LoopgateError, match="the configuration names no network"):
         RoadNetwork.open(file)
     file.write_text('<configuration><net-file value="n"/></configuration>', encoding="utf-8")
-    with pytest.raises(RouteError, match="names no route files"):
+    with pytest.raises(NobodyGatedError, match="names no route files"):
         read_loops(NET, file)
 
 

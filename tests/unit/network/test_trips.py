@@ -123,7 +123,7 @@ BESIDE = """<additional>
 
 
 def test_the_router_is_given_only_what_leads_a_way(grid: RoadNetwork, tmp_path: Path) -> None:
-    """It reads rerouters, calibrators and detectors by other rules than SUMO; they lead nobody."""
+    """It reads rerouters, calibrators and detectors by other rules than SUMO."""
     beside = tmp_path / "b.add.xml"
     beside.write_text(BESIDE)
     text = (
@@ -134,8 +134,9 @@ def test_the_router_is_given_only_what_leads_a_way(grid: RoadNetwork, tmp_path: 
     found = read_loops(grid, file(tmp_path, text), stops=[beside], once=True)
     ways = {loop.id: loop.edges for loop in found.loops}
     assert ways["t"] == ("A0A1", "A1A2")
-    assert (ways["d"][0], ways["d"][-1]) == ("A0A1", "A2A3")
+    assert ways["d"] == ("A0A1", "A1A2")
     assert ways["b"] == ("A0A1", "A1A2", "A2A3", "A3A4")
+    assert [v.led.unknown for v in found.vehicles][-1] == "rerouter r at A0A1: its way misses stops"
 
 
 def test_all_that_the_router_says_is_said(grid: RoadNetwork) -> None:

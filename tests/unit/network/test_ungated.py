@@ -8,7 +8,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from loopgate import Scenario
-from loopgate.errors import LoopgateError, RouteError
+from loopgate.errors import LoopgateError, NobodyGatedError
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.positions import make_layout
@@ -59,15 +59,15 @@ def test_a_trip_that_no_gate_can_drive_is_ordinary_traffic(tmp_path: Path, odd: 
     assert why in said
 
 
-def test_all_of_them_are_named_once(tmp_path: Path) -> None:
-    """By reason, in one line, whatever the reasons are."""
+def test_they_are_named_by_kind_of_reason(tmp_path: Path) -> None:
+    """In one line for each kind, with their number; names and figures make no kind."""
     odd = trip("a", 'edge="A1A2" speed="9"') + trip("b", 'edge="A1A2" speed="9"')
     odd += trip("c", 'lane="A1A2_0" endPos="3" duration="5"')
+    odd += trip("d", 'lane="A1A2_0" endPos="4" duration="5"')
     made = assemble(Scenario(network=GRID, routes=file(tmp_path, PLAIN + odd), duration_s=60))
-    (said,) = [line for line in made.warnings if "in ordinary traffic" in line]
-    assert "3 vehicles" in said
-    assert "a, b: stop with speed '9'" in said
-    assert "; c: the stop at A1A2_0" in said
+    speed, back = [line for line in made.warnings if "in ordinary traffic" in line]
+    assert "2 vehicles in ordinary traffic (a flow counts once), a, b: first a: stop with speed '9'" in speed
+    assert "2 vehicles in ordinary traffic (a flow counts once), c, d: first c: the stop at A1A2_0" in back
 
 
 def test_vehicles_on_loops_are_refused_in_one_message(tmp_path: Path) -> None:
@@ -86,7 +86,7 @@ def test_vehicles_on_loops_are_refused_in_one_message(tmp_path: Path) -> None:
 
 def test_nobody_else_is_an_error(tmp_path: Path) -> None:
     """A gate without vehicles is no run."""
-    with pytest.raises(RouteError, match="none of its vehicles can be gated, first odd: depart is triggered"):
+    with pytest.raises(NobodyGatedError, match="1 vehicle, first odd: depart is triggered"):
         read_loops(
             RoadNetwork.open(GRID), file(tmp_path, f'<trip id="odd" depart="triggered" {WAY}/>'), once=True
         )
@@ -95,7 +95,7 @@ def test_nobody_else_is_an_error(tmp_path: Path) -> None:
 def test_nobody_left_after_their_stops_is_an_error(tmp_path: Path) -> None:
     """All who would be gated stop where they cannot."""
     routes = file(tmp_path, trip("odd", 'lane="A1A2_0" endPos="3" duration="5"'))
-    with pytest.raises(LoopgateError, match="none of its vehicles is gated: odd: the stop at"):
+    with pytest.raises(LoopgateError, match="is gated: 1 vehicle, first odd: the stop at"):
         assemble(Scenario(network=GRID, routes=routes, duration_s=60))
 
 
@@ -120,10 +120,10 @@ def test_sumo_is_given_them_as_they_are(tmp_path: Path) -> None:
 
 
 def test_whom_a_rerouter_leads_elsewhere_is_ordinary_traffic(tmp_path: Path) -> None:
-    """SUMO may give it another end on the way, of which no gate is told."""
+    """If that depends on how long it waits: SUMO may give it another end, of which no gate is told."""
     beside = tmp_path / "r.add.xml"
     beside.write_text(
-        '<additional><rerouter id="r" edges="A1A2"><interval end="1e9">'
+        '<additional><rerouter id="r" edges="A1A2" timeThreshold="9"><interval end="1e9">'
         '<destProbReroute id="B2B3"/></interval></rerouter></additional>'
     )
     trips = file(tmp_path, PLAIN + '<trip id="elsewhere" depart="7" from="B0B1" to="B2B3"/>')
@@ -134,4 +134,6 @@ def test_whom_a_rerouter_leads_elsewhere_is_ordinary_traffic(tmp_path: Path) -> 
     )
     made = assemble(Scenario(network=str(config), duration_s=60))
     assert (made.names, made.others) == (("elsewhere",), ("plain",))
-    assert any("plain: rerouter r leads it off its way at A1A2" in line for line in made.warnings)
+    assert any(
+        "plain: rerouter r at A1A2: it acts on vehicles that have waited" in line for line in made.warnings
+    )

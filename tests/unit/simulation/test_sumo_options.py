@@ -46,7 +46,6 @@ def test_all_else_is_passed_on(tmp_path: Path) -> None:
         ("step-method.ballistic=true", "overshoot"),
         ("default.action-step-length=2", "orders"),
         ("lanechange.duration=3", "between lanes"),
-        ("max-num-vehicles=5", "keep vehicles of the gate out"),
         ("default.speeddev=0.5", "speedDev"),
         ("random=true", "--seed"),
         ("device.bluelight.probability=0.1", "make room"),

@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
@@ -20,7 +21,7 @@ from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
-from loopgate.network.ungated import UngatedFleet
+from loopgate.network.ungated import UngatedFleet, by_kind
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.reading import counted, is_file, read_words, refusing, shown
 from loopgate.simulation.demand.allotment import by_departure, evenly_round
@@ -110,6 +111,36 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
         key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
         found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
     return list(found.values())
+
+
+_SOONER = 0.8
+"""No vehicle drives an edge in less than this share of the time at the speed limit: speed factors vary."""
+
+
+def going_on(
+    network: RoadNetwork, vehicles: Sequence[VehicleDemand], end_s: float, seed: int
+) -> list[VehicleDemand]:
+    """Write out the ways that rerouters prolong or draw, as far as a vehicle may get in a run.
+
+    `end_s`: when the run ends [s].
+    """
+    if not any(v.led.goes_on for v in vehicles):
+        return list(vehicles)
+    times_s = {
+        name: _SOONER * edge.length_m / max(0.1, *(lane.speed_mps for lane in edge.lanes))
+        for name, edge in network.edges.items()
+    }
+    choices = RouteChoices(network)
+    found = []
+    for v in vehicles:
+        if v.led.goes_on and v.led.course is not None:
+            edges = v.led.course.drawn(Random(f"{seed} course {v.id}"), end_s - v.depart_s, times_s)
+            way = choices.make(v.id, edges, vclass=v.type.vclass)
+            begin_m, before_m = (one.roads[v.edge].begin_m for one in (way, v.loop))
+            depart_m = None if v.depart_m is None else v.depart_m - before_m + begin_m
+            v = replace(v, loop=way, depart_m=depart_m, stops=on_loop(way, v.stops, v.id))  # noqa: PLW2901
+        found.append(v)
+    return found
 
 
 def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
@@ -298,10 +329,17 @@ def sort_out(
             if ordinary
             else "no vehicle departs during the run"
         )
-        why = next(iter((*found.lines, *(f"{name}: {why}" for name, why in found.apart.items()))), nobody)
-        msg = f"{scenario.routes or scenario.network}: none of its vehicles is gated: {why}; or --gate open"
-        raise NobodyGatedError(msg)
+        raise nobody_gated(scenario.routes or scenario.network, found, nobody)
     return found
+
+
+def nobody_gated(source: str, found: SortedOut, otherwise: str = "") -> NobodyGatedError:
+    """Return the error that no vehicle is gated, with each kind of reason and how many it concerns."""
+    whys = [
+        f"{counted(len(names), 'vehicle')}, first {names[0]}: {why}" for why, names in by_kind(found.apart)
+    ]
+    told = "; ".join([*found.lines, *whys]) or otherwise
+    return NobodyGatedError(f"{source}: none of its vehicles is gated: {told}; or --gate open")
 
 
 def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:

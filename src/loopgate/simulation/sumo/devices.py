@@ -1,4 +1,4 @@
-"""What in SUMO would lead gated vehicles elsewhere: devices are switched off, rerouters are refused."""
+"""What in SUMO would lead gated vehicles elsewhere: devices go, rerouters act on others only."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -11,29 +11,20 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
+from loopgate.network.circling import LEADS, words
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.trips import MIDDLE, one_round
+from loopgate.network.trips import MIDDLE
 from loopgate.reading import shown
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
 from loopgate.simulation.sumo_words import own_words
 
 _CLOSES = ("closingReroute", "closingLaneReroute")
-_LEADS = ("destProbReroute", "routeProbReroute")
 
 
-_NO_NEED = "leave it out, as vehicles on loops keep circling without it"
-_LEADS_OFF = (
-    "leads it off its way at {}: for vehicles that keep circling, write the round as a route whose last edge "
-    "leads to its first, and leave the rerouter out"
-)
-
-
-def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop], idle: Collection[str] = ()) -> None:
-    """Refuse closed roads, rerouters and calibrators on loops that affect all vehicles.
-
-    `idle`: names of rerouters that are left out of the run.
+def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
+    """Refuse closed roads and calibrators on loops that affect all vehicles.
 
     Raises
     ------
@@ -43,8 +34,6 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop], idle: Co
     by_edge = {edge: loop.id for loop in loops for edge in loop.edges}
     for file in files:
         for element in read_additional(file).iter():
-            if element.tag == "rerouter" and element.get("id") in idle:
-                continue
             for edge, does in _does(element):
                 if edge in by_edge:
                     what = f"{file}: {element.tag} {element.get('id', '')}"
@@ -52,64 +41,44 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop], idle: Co
                     raise ScenarioError(msg)
 
 
-def idle_rerouters(files: Iterable[Path], loops: Sequence[Loop]) -> dict[str, str]:
-    """Return the rerouters that lead vehicles of loops round their own loop, which they drive anyway.
+def has_leads(file: Path) -> bool:
+    """Return whether an additional file has rerouters that lead vehicles another way."""
+    return any(next(_inside(one, LEADS), None) is not None for one in read_additional(file).iter("rerouter"))
 
-    A rerouter may have several edges and routes: on each loop that it touches, each route must be one or more
-    rounds of that loop. Rerouters for some types only are not for gated vehicles, whose types have own names.
 
-    Returns
-    -------
-    dict
-        The loop, by the name of the rerouter.
+def for_others(element: ET.Element, types: Collection[str]) -> bool:
+    """Restrict a rerouter to the types of ordinary vehicles; return whether it is for any of them.
+
+    Gated vehicles drive the way on which rerouters lead them, or their loop: no rerouter may act on them.
     """
-    tops = [read_additional(file) for file in files]
-    routes: dict[str, Sequence[str]] = {loop.id: loop.edges for loop in loops}
-    routes |= {one.get("id", ""): one.get("edges", "").split() for top in tops for one in top.iter("route")}
-    found = {}
-    for rerouter in (one for top in tops for one in top.iter("rerouter") if not one.get("vTypes")):
-        at = _words(rerouter, "edges")
-        touched = [loop for loop in loops if any(edge in loop.edges for edge in at)]
-        ways = [routes.get(one.get("id", ""), []) for one in _inside(rerouter, _LEADS)]
-        other = next(_inside(rerouter, (*_CLOSES, "destProbReroute")), None) is not None
-        if touched and ways and not other and all(_is_round(way, loop) for way in ways for loop in touched):
-            found[rerouter.get("id", "")] = touched[0].id
-    return found
-
-
-def _is_round(edges: Sequence[str], loop: Loop) -> bool:
-    """Return whether a route is rounds of a loop, from anywhere."""
-    lap, once = loop.edges, one_round(edges)
-    return len(once) == len(lap) and any(once == lap[k:] + lap[:k] for k in range(len(lap)))
+    if next(_inside(element, LEADS), None) is None:
+        return True
+    own = words(element, "vTypes")
+    left = [kind for kind in own or sorted(types) if kind in types]
+    element.set("vTypes", " ".join(left))
+    return bool(left)
 
 
 def led_off(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> dict[str, str]:
     """Return the trips that a rerouter may lead off their paths, with the reason, by name.
 
-    A rerouter acts where a vehicle enters one of its edges. It may give the vehicle another destination or
-    route, or lead it round a closed edge farther on.
+    A rerouter acts where a vehicle enters one of its edges. It may lead the vehicle in a way that cannot be
+    known before the run, or round a closed edge farther on.
     """
     trips = [v for v in vehicles if not v.loop.closed]
     rerouters = [one for file in files for one in read_additional(file).iter("rerouter")] if trips else []
-    found: dict[str, str] = {}
+    found = {v.id: f"{v.led.unknown}; or give vTypes of others" for v in trips if v.led.unknown}
     for rerouter in rerouters:
-        at, types = _words(rerouter, "edges"), _words(rerouter, "vTypes")
-        leads = next(_inside(rerouter, _LEADS), None) is not None
+        at, types = words(rerouter, "edges"), words(rerouter, "vTypes")
         closes = {_closed(one) for one in _inside(rerouter, _CLOSES)}
-        for vehicle in (v for v in trips if not types or v.type.id in types):
+        for vehicle in (v for v in trips if closes and (not types or v.type.id in types)):
             way = vehicle.loop.edges[vehicle.edge :]
             first = next((k for k, edge in enumerate(way) if edge in at), None)
-            if first is None:
-                continue
-            shut = next((edge for edge in way[first:] if edge in closes), "")
-            if leads or shut:
-                does = _LEADS_OFF.format(way[first]) if leads else f"closes {shut} on its way"
-                found.setdefault(vehicle.id, f"rerouter {rerouter.get('id', '')} {does}")
+            shut = "" if first is None else next((edge for edge in way[first:] if edge in closes), "")
+            if shut:
+                name = rerouter.get("id", "")
+                found.setdefault(vehicle.id, f"rerouter {name} closes {shut} on its way")
     return found
-
-
-def _words(element: ET.Element, name: str) -> list[str]:
-    return element.get(name, "").replace(",", " ").split()
 
 
 def _inside(element: ET.Element, tags: Iterable[str]) -> Iterator[ET.Element]:
@@ -134,9 +103,6 @@ def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
             _closed(closed),
             "closes {edge}, which is on loop {loop}; let loops avoid it (loopgate loops --avoid)",
         )
-    if not element.get("vTypes") and next(_inside(element, _LEADS), None) is not None:
-        for at in _words(element, "edges"):
-            yield at, f"leads vehicles off loop {{loop}} at {{edge}}; {_NO_NEED}, or give it vTypes of others"
 
 
 LEADING = {

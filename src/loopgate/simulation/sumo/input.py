@@ -8,12 +8,13 @@ from xml.etree import ElementTree as ET
 
 from loopgate.abstraction.itinerary import round_routes, rounds
 from loopgate.control.start import VehicleStart
-from loopgate.network import Loop, VehicleDemand
+from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.network.stops import Stop
 from loopgate.network.trips import MIDDLE
 from loopgate.network.ungated import Ungated, UngatedFleet
 from loopgate.network.xml_file import write_xml
+from loopgate.simulation.sumo.devices import for_others, has_leads
 
 _NOBODY = UngatedFleet()
 
@@ -29,6 +30,7 @@ def write_sumo_input(
     begin_s: float = 0.0,
     later: Sequence[VehicleStart] = (),
     renews: bool = True,
+    scale: float = 1.0,
 ) -> list[str]:
     """Write the additional file for `starts` into `folder`; return the SUMO options that load it.
 
@@ -38,7 +40,8 @@ def write_sumo_input(
     a rerouter finds its vehicles by type. SUMO loads the additional files `beside` first. Vehicles without a
     departure time are there at the beginning, `begin_s` [s]. For vehicles in `later`, only types and routes
     are written. With `renews` False no rerouters are written: loopgate renews the routes itself, since
-    vehicles may change to other loops.
+    vehicles may change to other loops. `scale`: how often SUMO puts in each vehicle that it reads; these
+    vehicles it must put in once.
 
     Raises
     ------
@@ -55,6 +58,7 @@ def write_sumo_input(
         if start.kind not in kinds:
             kinds[start.kind] = start.loop.id
             more = {"color": start.colour} if start.colour else {}
+            more |= _once(start.type, scale)
             kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
             _tell(kind, start.type.parameters)
     for loop in (loop for loop in loops.values() if loop.closed):
@@ -77,21 +81,30 @@ def write_sumo_input(
     return ["--additional-files", ",".join(str(one) for one in (*beside, file))]
 
 
+def _once(kind: VehicleType, scale: float) -> dict[str, str]:
+    """Return the attribute by which SUMO puts in each vehicle of a type once, whatever its own scale is."""
+    return {"scale": repr(1.0 / scale)} if scale not in {0.0, 1.0} or "scale" in kind.attributes else {}
+
+
 def without_vehicles(
-    files: Sequence[Path], holding: Collection[Path], folder: Path, idle: Collection[str] = ()
+    files: Sequence[Path],
+    holding: Collection[Path],
+    folder: Path,
+    ordinary: Collection[str] | None = None,
 ) -> tuple[Path, ...]:
-    """Return additional files for SUMO; files with vehicles are copied to `folder` without them.
+    """Return additional files for SUMO; some are copied to `folder` and changed.
 
     Parameters
     ----------
     files
         The files.
     holding
-        Those with vehicles that loopgate puts in.
+        Those with vehicles that loopgate puts in: the copies are without them.
     folder
         The folder of the run.
-    idle
-        Names of rerouters that are left out too.
+    ordinary
+        The types of vehicles that no gate drives: rerouters that lead vehicles act on these only. None
+        without a gate.
 
     Raises
     ------
@@ -103,9 +116,11 @@ def without_vehicles(
         tags = FLEET if file in holding else frozenset()
 
         def gone(one: ET.Element, tags: Collection[str] = tags) -> bool:
-            return one.tag in tags or (one.tag == "rerouter" and one.get("id") in idle)
+            if one.tag == "rerouter" and ordinary is not None:
+                return not for_others(one, ordinary)
+            return one.tag in tags
 
-        copied = idle or file in holding
+        copied = file in holding or (ordinary is not None and has_leads(file))
         found.append(without(file, gone, folder / f"additional{number}.add.xml") if copied else file)
     return tuple(found)
 
@@ -134,17 +149,21 @@ def write_ordinary(
     *,
     known: Collection[str] = (),
     ungated: UngatedFleet = _NOBODY,
+    scale: float = 0.0,
 ) -> None:
     """Write ordinary vehicles as a SUMO route file, in order of departure.
 
     `known`: types that SUMO gets from additional files. `ungated`: vehicles that are written as their file
-    has them.
+    has them. `scale`: how often SUMO puts in each vehicle, where `vehicles` already are so many; else 0.
     """
     top = ET.Element("routes")
     top.extend(ungated.needs(known))
     there = {*known, *(kind.get("id", "") for kind in top.iter("vType"))}
     for kind in {v.type.id: v.type for v in vehicles if v.type.id not in there}.values():
-        element = ET.SubElement(top, "vType", {"vClass": kind.vclass, **kind.attributes, "id": kind.id})
+        more = _once(kind, scale) if scale else {}
+        element = ET.SubElement(
+            top, "vType", {"vClass": kind.vclass, **kind.attributes, **more, "id": kind.id}
+        )
         _tell(element, kind.parameters)
     everybody: list[VehicleDemand | Ungated] = [*vehicles, *ungated.vehicles]
     for v in sorted(everybody, key=lambda v: v.depart_s):

@@ -3,11 +3,13 @@
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from xml.etree import ElementTree as ET
 
 import pytest
 
 from loopgate.errors import ScenarioError
-from loopgate.simulation.sumo.devices import idle_rerouters, led_off, refuse_what_leads_off
+from loopgate.network.circling import Led
+from loopgate.simulation.sumo.devices import for_others, led_off, refuse_what_leads_off
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 
@@ -27,10 +29,6 @@ def refuse(folder: Path, text: str) -> None:
             '<rerouter id="r"><i><closingLaneReroute id="{}_1"/></i></rerouter>',
             "--avoid",
         ),
-        (
-            '<rerouter id="r" edges="c {}"><routeProbReroute id="x"/></rerouter>',
-            "vTypes",
-        ),
         ('<calibrator id="r" edge="{}"/>', "takes vehicles out on a, which is on loop loop3"),
         ('<calibrator id="r" lane="{}_0"/>', "takes vehicles out"),
     ],
@@ -46,6 +44,7 @@ def test_what_leads_off_loops_is_refused(tmp_path: Path, text: str, says: str) -
     "text",
     [
         '<rerouter id="r" edges="a" vTypes="t"><interval><routeProbReroute id="x"/></interval></rerouter>',
+        '<rerouter id="r" edges="a"><interval><routeProbReroute id="x"/></interval></rerouter>',
         '<rerouter id="r" edges="a"><interval><parkingAreaReroute id="p"/></interval></rerouter>',
         '<calibrator id="r" edge="a" vTypes="t"/>',
     ],
@@ -56,40 +55,31 @@ def test_what_is_for_others_is_taken(tmp_path: Path, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rerouter", "found"),
+    ("rerouter", "types"),
     [
-        ('edges="a"><i><routeProbReroute id="lap"/></i>', {"r": "loop3"}),
-        ('edges="a b"><i><routeProbReroute id="loop3"/></i>', {"r": "loop3"}),
-        ('edges="b"><i><routeProbReroute id="lap"/><routeProbReroute id="off"/></i>', {}),
-        ('edges="b"><i><routeProbReroute id="lap"/><closingReroute id="c"/></i>', {}),
-        ('edges="a"><i><destProbReroute id="b"/></i>', {}),
-        ('edges="c"><i><routeProbReroute id="lap"/></i>', {}),
-        ('edges="a" vTypes="t"><i><routeProbReroute id="lap"/></i>', {}),
+        ('edges="a"><i><routeProbReroute id="lap"/></i>', "car truck"),
+        ('edges="a" vTypes="car bus"><i><destProbReroute id="b"/></i>', "car"),
+        ('edges="a" vTypes="bus"><i><destProbReroute id="b"/></i>', ""),
+        ('edges="a"><i><closingReroute id="b"/></i>', None),
     ],
 )
-def test_a_rerouter_that_only_leads_round_the_loop_is_idle(
-    tmp_path: Path, rerouter: str, found: dict[str, str]
-) -> None:
-    """All its routes are rounds of the loop, from anywhere, written once or several times; nothing else."""
-    file = tmp_path / "x.add.xml"
-    routes = '<route id="lap" edges="b a b a b"/><route id="off" edges="b c"/>'
-    file.write_text(f'<additional>{routes}<rerouter id="r" {rerouter}</rerouter></additional>')
-    assert idle_rerouters([file], [LOOP]) == found
-    if found:
-        refuse_what_leads_off([file], [LOOP], found)
+def test_a_rerouter_acts_on_ordinary_vehicles_only(rerouter: str, types: str | None) -> None:
+    """If it leads vehicles; without such vehicles it goes."""
+    element = ET.fromstring(f'<rerouter id="r" {rerouter}</rerouter>')
+    assert for_others(element, {"truck", "car"}) == (types != "")
+    assert element.get("vTypes") == types
 
 
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ('edges="c b"><i><destProbReroute id="x"/></i>', "leads it off its way at b"),
-        ('edges="a" vTypes="t"><i><routeProbReroute id="x"/></i>', "leads it off its way at a"),
+        ('edges="b"><i><destProbReroute id="x"/></i>', ""),
         ('edges="a"><i><closingReroute id="b"/></i>', "closes b on its way"),
         ('edges="a,c"><i><closingLaneReroute id="b_1"/></i>', "closes b on its way"),
         ('edges="b"><i><closingReroute id="a"/></i>', ""),
         ('edges="a"><i><closingReroute id="c"/></i>', ""),
-        ('edges="a" vTypes="u"><i><destProbReroute id="x"/></i>', ""),
-        ('edges="before"><i><destProbReroute id="x"/></i>', ""),
+        ('edges="a" vTypes="u"><i><closingReroute id="b"/></i>', ""),
+        ('edges="before"><i><closingReroute id="b"/></i>', ""),
     ],
 )
 def test_trips_that_sumo_leads_off_are_told(tmp_path: Path, text: str, why: str) -> None:
@@ -98,9 +88,11 @@ def test_trips_that_sumo_leads_off_are_told(tmp_path: Path, text: str, why: str)
     file.write_text(f'<additional><rerouter id="r" {text}</rerouter></additional>')
     way = {"edges": ("before", "a", "b")}
     trip: Any = SimpleNamespace(
-        id="v", edge=1, loop=SimpleNamespace(closed=False, **way), type=SimpleNamespace(id="t")
+        id="v", edge=1, led=Led(), loop=SimpleNamespace(closed=False, **way), type=SimpleNamespace(id="t")
     )
     loop: Any = SimpleNamespace(id="w", edge=1, loop=SimpleNamespace(closed=True, **way), type=trip.type)
     found = led_off([file], [trip, loop])
     assert list(found) == (["v"] if why else [])
     assert found.get("v", "").startswith(f"rerouter r {why}" if why else "")
+    trip.led = Led(("r",), unknown="rerouter r at a: it waits")
+    assert led_off([file], [trip])["v"].startswith("rerouter r at a: it waits")
