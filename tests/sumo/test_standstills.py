@@ -6,11 +6,13 @@ import re
 import subprocess
 from pathlib import Path
 
+import libsumo
 import pytest
 import sumo
 from made_networks import netgenerate
 
-from loopgate import Scenario, read_fcd, run
+from loopgate import Scenario, attach, read_fcd, run
+from loopgate.results.figures import summary_rows
 from loopgate.simulation.fcd.frames import read_frames
 
 pytestmark = pytest.mark.sumo
@@ -80,3 +82,38 @@ def test_a_standstill_is_told_within_a_minute_and_names_only_who_stands_for_good
         last_s = max(stands[vehicle] for vehicle in found["vehicles"])
         assert last_s - 2.0 <= found["closed_at_s"] <= max(stands.values()) + 12.0
         assert found["noticed_at_s"] - found["closed_at_s"] <= 60.0
+
+
+def test_who_stands_by_itself_is_named_with_those_behind_it(tmp_path: Path) -> None:
+    """A van at a stop that never ends, and a queue: by a run, positions alone, and an attached gate."""
+    netgenerate("--grid --grid.number 2 --grid.length 200", tmp_path / "n.net.xml")
+    way = '<route edges="A0A1 A1B1 B1B0"/>'
+    (tmp_path / "d.rou.xml").write_text(
+        f'<routes><vehicle id="van" depart="0">{way}<stop lane="A0A1_0" endPos="150" duration="100000"/>'
+        f"</vehicle>"
+        f'<flow id="f" begin="20" number="5" period="10">{way}</flow></routes>'
+    )
+    config = tmp_path / "d.sumocfg"
+    config.write_text(
+        '<configuration><net-file value="n.net.xml"/><route-files value="d.rou.xml"/><end value="600"/>'
+        '<time-to-teleport value="-1"/></configuration>'
+    )
+    fcd = tmp_path / "fcd.xml"
+    libsumo.start(["sumo", "-c", str(config), "--no-step-log", "--fcd-output", str(fcd)])
+    try:
+        with attach(libsumo) as gate:
+            for _ in range(600):
+                libsumo.simulationStep()
+                gate.after_step()
+            attached = gate.summary
+    finally:
+        libsumo.close()
+    made = run(Scenario(network=str(config), gate="open"), tmp_path / "run").summary
+    read = read_fcd(fcd, str(config), tmp_path / "read").summary
+    for summary, why in ((made, "stop"), (attached, "stop"), (read, "no reason known")):
+        (root,) = summary["roots"]
+        named = {key: root[key] for key in ("vehicle", "lane", "why", "behind")}
+        assert named == {"vehicle": "van", "lane": "A0A1_0", "why": why, "behind": 5}
+        assert 10.0 <= root["since_s"] <= 50.0
+        assert summary["deadlocks"] == []
+    assert dict(summary_rows(made))["stands by itself"].startswith("van on A0A1_0 since ")

@@ -265,6 +265,20 @@ def _deadlock_text(found: Sequence[Mapping[str, Any]]) -> str:
     return f"{len(found)}; {closed}, {size} vehicles in a circle{whose}{more}{came}"
 
 
+def _roots(summary: Summary) -> Rows:
+    """Return the row about vehicles that others stand behind, if there are any."""
+    found = summary.get("roots")
+    if not found:
+        return []
+    first = found[0]
+    more = f"; {len(found) - 1} more such vehicles" if len(found) > 1 else ""
+    text = (
+        f"{first['vehicle']} on {first['lane']} since {first['since_s']:.0f} s ({first['why']}), "
+        f"{first['behind']} behind it{more}"
+    )
+    return [("stands by itself", text)]
+
+
 def _starving(summary: Summary) -> Rows:
     """Return the row about starved vehicles, if there are any."""
     sinks = summary.get("starving")
@@ -454,6 +468,13 @@ FIGURES: Final[tuple[Figure, ...]] = (
         "in order, the `places` that they want, the vehicles `held_up`. With ordinary traffic the "
         "cause (`by`: `gated`, `ordinary` or `both`), and the vehicle that came `last`",
         _deadlocks,
+    ),
+    Figure(
+        "roots",
+        "vehicles in no deadlock that stood at the end for 300 s or more while no vehicle kept them back, "
+        "with others behind them: `vehicle`, its `lane`, `since_s`, `why` (`breakdown`, `stop`, `gate`, "
+        "`light`, `right of way` or `no reason known`), how many stand `behind`",
+        _roots,
     ),
     Figure(
         "starving",

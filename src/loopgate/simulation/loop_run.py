@@ -12,7 +12,7 @@ from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root
 from loopgate.simulation.watching.starving import Sink
 from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
 from loopgate.traffic.base import Collision, Traffic
@@ -47,6 +47,8 @@ class RunCourse:
         The measured time [s].
     deadlocks
         In the order in which they were detected.
+    roots
+        Vehicles that stood at the end for a cause of their own, with others behind them.
     collisions, teleports
         Counts; a collision that lasts for several steps counts once.
     collisions_of_others
@@ -65,6 +67,7 @@ class RunCourse:
     begin_s: float = 0.0
     end_s: float = 0.0
     deadlocks: list[Deadlock] = field(default_factory=list)
+    roots: list[Root] = field(default_factory=list)
     collisions: int = 0
     collisions_of_others: int = 0
     verdicts: list[CollisionVerdict] = field(default_factory=list)
@@ -169,6 +172,7 @@ def run_to_end(
                         break
                     if scenario.on_deadlock == "teleport":  # under no gate
                         jump_on(deadlock, traffic, collisions, drive.jumped)
+        course.roots = detector.roots()
     except (KeyboardInterrupt, PluginError) as ended:
         course.outcome = "interrupted"
         course.fault = ended if isinstance(ended, PluginError) else None

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import nan
 from pathlib import Path
 from typing import Any, Self
@@ -307,6 +307,7 @@ def summary(
         **_truncated(scenario, course, duration, tallies),
         "outcome": course.outcome,
         "deadlocks": [deadlock_figures(deadlock) for deadlock in course.deadlocks],
+        "roots": [asdict(root) for root in course.roots],
         "starving": [sink.figures() for sink in course.starving],
         "collisions": course.collisions,
         "teleports": course.teleports,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any, Final
 
 from loopgate.control.diary import Diary
@@ -13,7 +14,7 @@ from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.loop_run import Collisions
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
-from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.traffic.base import Traffic
@@ -61,6 +62,7 @@ class Watch:
             traffic, road, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
         )
         self._deadlocks: list[Deadlock] = []
+        self._roots: list[Root] = []
         self._next_look_s = traffic.now_s + _LOOK_EVERY_S
         self._colliding = Collisions()
         self._collisions = self._collisions_with_others = self._left = 0
@@ -86,6 +88,7 @@ class Watch:
         self._next_look_s = now + _LOOK_EVERY_S
         self._hunger.check(deadlocked=bool(self._deadlocks))
         deadlock = self._detector.check()
+        self._roots = self._detector.roots()
         if deadlock is not None:
             self._deadlocks.append(deadlock)
             ahead = deadlock.vehicles[1:] + deadlock.vehicles[:1]
@@ -125,6 +128,7 @@ class Watch:
             **{name: getattr(drive, name) for name in ("overruns", "trespasses", "strays")},
             "outcome": "deadlock" if self._deadlocks else "starving" if self._hunger.sinks else "done",
             "deadlocks": [deadlock_figures(deadlock) for deadlock in self._deadlocks],
+            "roots": [asdict(root) for root in self._roots],
             "starving": [sink.figures() for sink in self._hunger.sinks.values()],
             **promise_figures(
                 drive, lights=True, others=bool(drive.driving.sight and drive.driving.sight.others)

@@ -159,6 +159,7 @@ def _play(
         if deadlock is not None:  # what follows is known, so it counts from when it had lasted long enough
             told_s = min(deadlock.noticed_at_s, deadlock.closed_at_s + deadlock_after_s)
             note_deadlock(replace(deadlock, noticed_at_s=told_s), course, recorder)
+    course.roots = detector.roots()
     return rows
 
 

@@ -14,7 +14,7 @@ from loopgate.gates.deadlocks import circular_wait, deadlocked
 from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
 
-__all__ = ["Deadlock", "DeadlockDetector", "ToldRefusal"]
+__all__ = ["Deadlock", "DeadlockDetector", "Root", "ToldRefusal"]
 
 _CREEPS_MPS = 0.02
 """A vehicle that is slower than this between two checks stands [m/s]: it only moves up to its leader."""
@@ -22,6 +22,9 @@ _CREEPS_MPS = 0.02
 _STIRS_M, _SETTLES_S, _RESTLESS_S = 0.015, 20.0, 100.0
 """A standing vehicle is restless for the last time after it has moved on by the first [m]; in the second time
 after it stopped it only settles [s]."""
+
+_LONG_S = 300.0
+"""A vehicle that has stood for so long may be the root of a standstill [s]."""
 
 WaitFor = Mapping[str, Sequence[Sequence[str]]]
 """For each standing vehicle, sets of vehicles: of *every* set, *some* vehicle must move before it can.
@@ -62,6 +65,29 @@ class Deadlock:
     by: str = ""
     last: tuple[str, float, bool] | None = None
     again: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Root:
+    """A vehicle that stands for a cause of its own, in no deadlock, and others that stand until it goes on.
+
+    Attributes
+    ----------
+    vehicle, lane
+        The vehicle, and the lane on which it stands.
+    since_s
+        When it was seen to move last [s].
+    why
+        ``breakdown``, ``stop``, ``gate``, ``light``, ``right of way`` or ``no reason known``.
+    behind
+        Number of vehicles that cannot go on before it does.
+    """
+
+    vehicle: str
+    lane: str
+    since_s: float
+    why: str
+    behind: int
 
 
 ToldRefusal = Callable[[], tuple[Sequence[Sequence[str]], str]]
@@ -236,6 +262,54 @@ class DeadlockDetector:
         """Return the time for which a vehicle had stood at the last check [s]."""
         number = self._number.get(vehicle)
         return 0.0 if number is None else self._traffic.now_s - float(self._since_s[number])
+
+    def roots(self) -> list[Root]:
+        """Return the vehicles that stand for a cause of their own, with others behind them; most come first.
+
+        What it says is of the last check. O(members of all sets * roots).
+        """
+        now, here = self._traffic.now_s, set(self._traffic.vehicles())
+        stood_s = {
+            vehicle: now - since
+            for vehicle, since in zip(self._vehicles, self._since_s.tolist(), strict=True)
+            if vehicle in here and now - since >= self._after_s
+        }
+        if not any(stood >= _LONG_S for vehicle, stood in stood_s.items() if vehicle not in self._known):
+            return []
+        self._on_road.look(stood_s, self._restless(now))
+        waits: dict[str, list[list[str]]] = {vehicle: [[]] for vehicle in self._known & here}
+        paused = {v: self._pause(v) for v in sorted(stood_s.keys() - waits.keys())}
+        waits |= {v: [] if why else self._waits(v, {}, stood_s[v]) for v, why in paused.items()}
+        stuck = deadlocked(waits)
+        long = {v: paused[v] for v in sorted(stood_s.keys() - stuck) if stood_s[v] >= _LONG_S}
+        roots = {v: why or self._cause(v) for v, why in long.items() if not waits[v]}
+        behind = deadlocked(waits | {v: [[]] for v in roots})
+        # The others wait for vehicles that drive: they have to give way for good.
+        moves = (v for v in long.keys() - behind if not any(stood_s.keys() >= set(s) for s in waits[v]))
+        roots |= {v: self._cause(v) for v in moves}
+        found = [
+            Root(
+                vehicle,
+                self._traffic.lane(vehicle)[0],
+                now - stood_s[vehicle],
+                why,
+                len(deadlocked(waits | {vehicle: [[]]}) - stuck - {vehicle}),
+            )
+            for vehicle, why in sorted(roots.items())
+        ]
+        return sorted((root for root in found if root.behind), key=lambda root: -root.behind)
+
+    def _pause(self, vehicle: str) -> str:
+        """Return why a vehicle stands that waits for no vehicle; empty if it may wait for one."""
+        if vehicle in self._halted:
+            return "breakdown"
+        return "stop" if self._traffic.at_own_stop(vehicle) else ""
+
+    def _cause(self, vehicle: str) -> str:
+        """Return why a vehicle stands that no other vehicle keeps back for good."""
+        if self._at_gate is not None and self._at_gate(vehicle) is not None:
+            return "gate"
+        return self._on_road.cause(vehicle)
 
     def _waits(self, vehicle: str, places: dict[str, str], stood_s: float) -> list[list[str]]:
         refused = self._at_gate(vehicle) if self._at_gate else None

@@ -108,7 +108,8 @@ class RoadWaits:
       it stood, it stands until one of them moves. So everybody around is a set. Two things change by
       themselves: lights, and the patience of drivers. So this set counts only when the vehicle has stood
       for a cycle of the light, or until it is impatient. Who only has to leave a junction yields to those
-      inside alone, patient or not. A vehicle that creeps changes what is around it.
+      inside alone, patient or not. A vehicle that
+      creeps, with no body in its way, changes what is around it.
 
     Parameters
     ----------
@@ -142,12 +143,14 @@ class RoadWaits:
         """The vehicles that have moved at all since the last look."""
         self._standing: AbstractSet[str] = frozenset()
         self._restless: AbstractSet[str] = frozenset()
+        self._drifting: dict[str, bool] = {}
+        """Whether vehicles that creep have no body in their way, as far as it was asked for."""
         self._unsettled = False
         """Whether a body is in the way of the vehicle looked at that creeps, and so may come past it."""
 
     def look(self, standing: Collection[str] = (), restless: AbstractSet[str] = frozenset()) -> None:
         """Take in where all vehicles are now, which stand for long, and which of them creep nevertheless."""
-        self._standing, self._restless = frozenset(standing), restless
+        self._standing, self._restless, self._drifting = frozenset(standing), restless, {}
         fronts, bodies = defaultdict(list), defaultdict(list)
         before, self._lane, self._creeping = self._lane, {}, set()
         for vehicle, lane, front_m in self._road.on_lanes():
@@ -180,9 +183,26 @@ class RoadWaits:
             return sets  # it stands in a queue
         if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle}
-            if around and not self._restless & {vehicle, *around} and [*around] not in sets:
-                sets.append(sorted(around))
+            if around and not any(map(self._drifts, self._restless & {vehicle, *around})):
+                sets += [sorted(around)] if sorted(around) not in sets else []
         return sets
+
+    def _drifts(self, vehicle: str) -> bool:
+        """Return whether a vehicle creeps without a body in its way, at which it would come to rest."""
+        if vehicle not in self._drifting:
+            unsettled = self._unsettled
+            self._drifting[vehicle] = not self._by_bodies(vehicle, *self._lane[vehicle])
+            self._unsettled = unsettled
+        return self._drifting[vehicle]
+
+    def cause(self, vehicle: str) -> str:
+        """Return why a vehicle stands in whose way no body is: a light, the right of way, or unknown."""
+        lane, front_m = self._lane.get(vehicle, ("", 0.0))
+        if lane and not self._network.lanes[lane].internal and self._road.faces_red(vehicle):
+            return "light"
+        if lane and (self._network.lanes[lane].internal or self._left_m(lane, front_m) <= _AT_JUNCTION_M):
+            return "right of way"
+        return "no reason known"
 
     def _left_m(self, lane: str, front_m: float) -> float:
         return self._network.lanes[lane].length_m - front_m

@@ -13,7 +13,7 @@ import pytest
 from fake_traffic import whereabouts
 
 from loopgate.arrays import Floats
-from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, ToldRefusal
+from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root, ToldRefusal
 from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
 from loopgate.traffic.base import Traffic
@@ -50,6 +50,9 @@ class Standing:
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
         del stood_s
         return [[other] for other in self.waits[vehicle]]
+
+    def cause(self, vehicle: str) -> str:
+        return f"cause of {vehicle}"
 
 
 def looked_at(traffic: Standing) -> tuple[Traffic, RoadWaits]:
@@ -243,4 +246,20 @@ def test_a_later_deadlock_is_not_put_down_to_an_earlier_one() -> None:
     assert [(deadlock.vehicles, deadlock.by) for deadlock in found] == [
         (("a", "b"), "ordinary"),
         (("c", "d"), "gated"),
+    ]
+
+
+def test_roots_are_those_that_stand_by_themselves_with_others_behind_them() -> None:
+    """A has broken down; d waits for whoever drives; f and g are a deadlock, and no root; i is alone."""
+    waits = {"a": [], "b": ["a"], "c": ["b"], "d": ["drives"], "e": ["d"], "f": ["g"], "g": ["f"], "h": ["f"]}
+    traffic = Standing(waits | {"drives": [], "i": []})
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0, halted={"a"})
+    while traffic.now_s < 2 * LONG_S:
+        traffic.now_s += 10.0
+        traffic.at_m["drives"] += 5.0
+        watch.check()
+        assert traffic.now_s > LONG_S or watch.roots() == []
+    assert watch.roots() == [
+        Root("a", "lane of a", 10.0, "breakdown", 2),
+        Root("d", "lane of d", 10.0, "cause of d", 1),
     ]

@@ -117,9 +117,15 @@ def test_when_nothing_around_has_changed_for_long_everybody_around_is_a_set() ->
 
 @pytest.mark.parametrize("restless", ["a", "b"])
 def test_who_creeps_changes_what_is_around(restless: str) -> None:
-    """Half a millimetre a second brought a vehicle past the others after half an hour."""
+    """Half a millimetre a second brought a vehicle past the others after half an hour.
+
+    But not b, if it creeps up to d.
+    """
     others = {"b": ("D2C2_0", END_M - 1.0), "c": ("C1C2_0", END_M - 1.0)}
     assert Scene({"a": HEAD, **others}).sets(250.0, restless=restless) == []
+    blocked = {"a": HEAD, **others, "d": ("C2C3_0", 3.0)}
+    scene = Scene(blocked, {"b": ("E2D2", ["C2C3"]), "d": ("D2C2", [])})
+    assert scene.sets(250.0, restless=restless) == ([["b", "c", "d"]] if restless == "b" else [])
 
 
 def test_who_only_has_to_leave_a_junction_yields_to_those_inside_alone() -> None:
