@@ -168,7 +168,7 @@ def _watched(network: RoadNetwork) -> tuple[dict[str, Any], dict[str, int], froz
             if now % FRAME_S:
                 continue
             here = traffic.whereabouts()
-            for vehicle, metres in zip(here.vehicles, traffic.odometers(here.vehicles).tolist(), strict=True):
+            for vehicle, metres in zip(here.vehicles, traffic.odometers(here.vehicles), strict=True):
                 at_m[vehicle].append((now, metres))
             if now > HOUR_S:
                 continue

@@ -157,7 +157,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             raise ScenarioError(msg)
         drive, traffic = session.drive, session.traffic
         self._priorities.of = {agent: float(np.asarray(number).item()) for agent, number in actions.items()}
-        before_m = dict(zip(drive.names(), drive.fronts().tolist(), strict=True))
+        before_m = dict(zip(drive.names(), drive.fronts(), strict=True))
         began_s = traffic.now_s
         until_s = min(self._end_s, began_s + self._every_s)
         while traffic.now_s < until_s:
@@ -167,7 +167,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         over = traffic.now_s >= self._end_s
         driven_s = traffic.now_s - began_s
         agents = self.agents
-        fronts_m = zip(drive.names(), drive.fronts().tolist(), strict=True)
+        fronts_m = zip(drive.names(), drive.fronts(), strict=True)
         rewards = {agent: (front_m - before_m[agent]) / driven_s for agent, front_m in fronts_m}
         infos: dict[str, dict[str, Any]] = {
             agent: {"laps": record.laps, "hold_s": record.total_hold_s(traffic.now_s)}

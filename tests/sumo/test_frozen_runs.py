@@ -19,7 +19,6 @@ from typing import Any, Final
 import pytest
 from made_networks import netgenerate, small_roundabout, two_rings_of_road
 
-from loopgate.arrays import Floats
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
 from loopgate.simulation.run import simulate
@@ -198,11 +197,9 @@ def mislead(patch: pytest.MonkeyPatch) -> None:
     """Let ten vehicles be thought to be 60 m further on than they are, from the first half minute on."""
     read = SumoTraffic.odometers
 
-    def wrong(self: SumoTraffic, vehicles: Sequence[str]) -> Floats:
+    def wrong(self: SumoTraffic, vehicles: Sequence[str]) -> list[float]:
         at_m = read(self, vehicles)
-        if self.now_s > 30.0:
-            at_m[:10] += 60.0
-        return at_m
+        return [one + 60.0 for one in at_m[:10]] + at_m[10:] if self.now_s > 30.0 else at_m
 
     patch.setattr(SumoTraffic, "odometers", wrong)
 

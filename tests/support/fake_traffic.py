@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from loopgate.arrays import Floats
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Program, Whereabouts
 
@@ -111,9 +110,9 @@ class FakeTraffic:
         """Like SUMO's: from 0 at the start."""
         return self.fleet[vehicle].front_m - self.fleet[vehicle].start_m
 
-    def odometers(self, vehicles: Sequence[str]) -> Floats:
+    def odometers(self, vehicles: Sequence[str]) -> list[float]:
         """Return the odometers."""
-        return np.array([self.odometer(vehicle) for vehicle in vehicles])
+        return [self.odometer(vehicle) for vehicle in vehicles]
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return the lane last changed to on its edge, and the position."""

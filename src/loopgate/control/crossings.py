@@ -58,8 +58,10 @@ class Hindrance:
 
 def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C901  one after the other
     """Return the vehicle that keeps a vehicle from crossing now; None if there is none."""
-    order = PAST
+    order, length_m = PAST, vehicle.make.length_m
     for over in vehicle.leg.passes:
+        if not over.movement.junction.trips:
+            continue
         foes = over.foes
         for trip in over.movement.junction.trips:
             foe, shared = foes.get(trip.over.movement), trip.over.foes.get(over.movement)
@@ -69,14 +71,14 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             other = trip.vehicle
             if other.stops_here():
                 return Hindrance(other, -inf)
-            if inf in (shared.to_m, foe.to_m):
+            if shared.to_m == inf or foe.to_m == inf:  # noqa: PLR1714  a tuple costs three times this
                 return Hindrance(other, trip.clear_m)
             inside_m = other.front_m - trip.line_m
             left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
             if left_m < 0.0:
                 continue
-            if not _is_ever_on(shared, other) or not _is_ever_on(foe, vehicle):
-                continue
+            if shared.from_m - shared.to_m > other.make.length_m or foe.from_m - foe.to_m > length_m:
+                continue  # one of the two is too short to touch the stretch that they share
             relation = _relation(vehicle, foe, trip, shared)
             if relation == IN_THE_WAY and _passes_first(vehicle, over, foe, trip, shared):
                 relation = BEFORE
@@ -109,11 +111,6 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
     if inside_m < trip.over.wait_m:
         room_m = min(room_m, trip.over.wait_m - inside_m)
     return BEFORE if braking_time_s(left_m, room_m, slow, other.make.decel) <= reached_s else IN_THE_WAY
-
-
-def _is_ever_on(foe: Foe, vehicle: Vehicle) -> bool:
-    """Return whether a vehicle is long enough to touch the stretch that it shares with the foe."""
-    return foe.from_m - foe.to_m <= vehicle.make.length_m
 
 
 def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe) -> bool:

@@ -30,9 +30,9 @@ class Diary:
 
     The counters begin with the measured time. `track`: the path with its legs as the abstraction drew them.
     `path`: the same legs as objects of the ledger. `all_laps`: laps so far, from the start on. `edge`: the
-    edge that the front is on, or has left last. `due_m`: arc length at which there is something to record
-    next [m]. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it stands
-    at the stop line where it is held [s]; infinite if it does not. `longest_stood_s`: the longest time
+    edge that the front is on, or has left last. `movement`: that edge, and the edge that comes next, "" if
+    none does. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it
+    stands at the stop line where it is held [s]; infinite if it does not. `longest_stood_s`: the longest time
     for which it stood, for whatever cause [s].
     """
 
@@ -87,11 +87,12 @@ class Diary:
         self._edge = 0
         self._edge_laps_m = 0.0
         self._edge_m = self._begins_m[0]
+        self._note_movement()
         while self._edge_m <= vehicle.front_m:
             self._next_edge()
         self._entered = vehicle.granted
         self._leg_m = inf
-        self.due_m = min(self._edge_m, self._lap_m)
+        self._find_next()
 
     def jumped(self, skipped_m: float) -> None:
         """Note that SUMO moved the vehicle `skipped_m` ahead, so that its lap ends later."""
@@ -109,7 +110,15 @@ class Diary:
             number = self._entered + 1
             laps = number // len(self.path)
             self._leg_m = laps * self.vehicle.lap_m + self.path[number - laps * len(self.path)].begin_m
-        self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
+        self._find_next()
+
+    def _find_next(self) -> None:
+        next_m = self._edge_m
+        if self._lap_m < next_m:  # noqa: PLR1730  calls of `min` cost three times this
+            next_m = self._lap_m
+        if self._leg_m < next_m:  # noqa: PLR1730  as above
+            next_m = self._leg_m
+        self.vehicle.noted_m = next_m
 
     def pass_by(self, now_s: float, rows: list[Row]) -> bool:
         """Record what the front has passed; return whether SUMO has renewed the route there."""
@@ -128,7 +137,7 @@ class Diary:
             self._entered += 1
             rows.append((now_s, name, ENTER, self.path[self._entered % len(self.path)].place.name, ""))
             self.aim()
-        self.due_m = min(self._edge_m, self._lap_m, self._leg_m)
+        self._find_next()
         return renewed
 
     def _next_edge(self) -> None:
@@ -138,12 +147,11 @@ class Diary:
             self._edge = 0
             self._edge_laps_m += self.vehicle.lap_m
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
+        self._note_movement()
 
-    @property
-    def movement(self) -> tuple[str, str]:
-        """The edge that the front is on, or has left last, and the edge that comes next, "" if none does."""
+    def _note_movement(self) -> None:
         last = self._edge == 0 and not self.track.rounds
-        return self.edge, "" if last else self._edges[self._edge]
+        self.movement = self.edge, "" if last else self._edges[self._edge]
 
     @property
     def laps(self) -> int:
@@ -194,35 +202,38 @@ class Diary:
 class StepSeen:
     """What `look` has found.
 
-    `renewed`: the vehicles whose route SUMO has renewed. `still`: the diaries of the vehicles that stand.
-    `fast`: the diaries of the vehicles faster than `LEAP_MPS`, with the distances they came [m].
+    `renewed`: the vehicles whose route SUMO has renewed. `still`: the vehicles that stand. `leapt`: the
+    vehicles that came farther than they can drive, with the distances [m].
     """
+
+    __slots__ = ("leapt", "renewed", "still")
 
     def __init__(self) -> None:
         self.renewed: list[Vehicle] = []
-        self.still: list[Diary] = []
-        self.fast: list[tuple[Diary, float]] = []
+        self.still: list[Vehicle] = []
+        self.leapt: list[tuple[Vehicle, float]] = []
 
 
-def look(diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]) -> StepSeen:
+def look(
+    vehicles: list[Vehicle], diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]
+) -> StepSeen:
     """Set the fronts [m] and speeds of all vehicles, and record what they have reached."""
-    seen, due, step_s = StepSeen(), list[Diary](), ledger.step_s
-    still, fast = seen.still, seen.fast
+    seen, due, step_s = StepSeen(), list[Vehicle](), ledger.step_s
+    still, leapt = seen.still, seen.leapt
     still_m, fast_m = STANDING_MPS * step_s, LEAP_MPS * step_s
-    for diary, front_m in zip(diaries, fronts_m, strict=True):
-        vehicle = diary.vehicle
+    for vehicle, front_m in zip(vehicles, fronts_m, strict=True):
         moved_m = front_m - vehicle.front_m
         vehicle.front_m = front_m
         vehicle.speed = moved_m / step_s
-        if front_m >= vehicle.due_m or front_m >= diary.due_m:
-            due.append(diary)
+        if front_m >= vehicle.due_m or front_m >= vehicle.noted_m:
+            due.append(vehicle)
         if moved_m < still_m:
-            still.append(diary)
-        elif moved_m > fast_m:
-            fast.append((diary, moved_m))
-    for diary in due:
-        vehicle = diary.vehicle
-        if vehicle.front_m >= diary.due_m and diary.pass_by(ledger.now_s, rows):
+            still.append(vehicle)
+        elif moved_m > fast_m and moved_m > (vehicle.make.top + LEAP_MPS) * step_s:
+            leapt.append((vehicle, moved_m))
+    now_s = ledger.now_s
+    for vehicle in due:
+        if vehicle.front_m >= vehicle.noted_m and diaries[vehicle.row].pass_by(now_s, rows):
             seen.renewed.append(vehicle)
         if vehicle.front_m >= vehicle.due_m:
             ledger.passed(vehicle)

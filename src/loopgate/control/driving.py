@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
+from operator import add, sub
 from time import perf_counter
 from types import MappingProxyType
 from typing import Final
@@ -15,7 +16,7 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
 from loopgate.control.chain import closes_by_turning
 from loopgate.control.courtesy import Courtesy
-from loopgate.control.diary import LEAP_MPS, Diary, Row, StepSeen, look, write_down
+from loopgate.control.diary import Diary, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
 from loopgate.control.layout import Drawings, PlaceLayout
 from loopgate.control.ledger import Ledger
@@ -149,64 +150,60 @@ class Arrivals:
 class Fronts:
     """The fronts of all vehicles after the last step.
 
-    `names`: the vehicles, in the order of their rows.
+    `names`: the vehicles, in the order of their rows. `vehicles`: the same as objects of the ledger. All is
+    kept in lists: of a hundred vehicles, arrays cost more than they spare.
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self.names: list[str] = []
+        self.vehicles: list[Vehicle] = []
         self._fronts_m: list[float] = []
         self._offsets_m: list[float] = []
-        self._at_m: Floats = np.zeros(0)
-        self._offset_m: Floats = np.zeros(0)
         self._shifts_m: list[float] = []
         """By how much arc lengths are larger on the present path of each vehicle than on its first [m]."""
-        self._shift_m: Floats = np.zeros(0)
-        self._changed = False
-        """Whether the lists have changed since the arrays were made of them."""
+        self._shifted = False
 
     @property
     def at_m(self) -> Floats:
         """The arc length of each front along its path [m]."""
-        self._settle()
-        return self._at_m
-
-    def _settle(self) -> None:
-        if self._changed:
-            self._changed = False
-            self._at_m, self._offset_m = np.array(self._fronts_m), np.array(self._offsets_m)
-            self._shift_m = np.array(self._shifts_m)
+        return np.array(self._fronts_m)
 
     def add(self, vehicles: Sequence[Vehicle]) -> None:
         """Add vehicles that have come, with their fronts as they are now."""
         names = [vehicle.name for vehicle in vehicles]
-        odometers: list[float] = self._traffic.odometers(names).tolist()
+        odometers = self._traffic.odometers(names)
         for vehicle, odometer in zip(vehicles, odometers, strict=True):
             self._fronts_m.append(vehicle.front_m)
             self._offsets_m.append(vehicle.front_m - odometer)
             self._shifts_m.append(0.0)
         self.names += names
-        self._changed = True
+        self.vehicles += vehicles
 
-    def drop(self, row: int) -> None:
-        """Drop the vehicle in a row; the rows after it move up."""
-        del self.names[row], self._fronts_m[row], self._offsets_m[row], self._shifts_m[row]
-        self._changed = True
+    def keep(self, rows: Sequence[int]) -> None:
+        """Keep the vehicles in these rows, in their order, and drop the others."""
+        self.names = [self.names[row] for row in rows]
+        self.vehicles = [self.vehicles[row] for row in rows]
+        self._fronts_m = [self._fronts_m[row] for row in rows]
+        self._offsets_m = [self._offsets_m[row] for row in rows]
+        self._shifts_m = [self._shifts_m[row] for row in rows]
 
     def shift(self, row: int, by_m: float) -> None:
         """Note that the vehicle in a row changes to another path, where arc lengths are `by_m` larger."""
         self._fronts_m[row] += by_m
         self._shifts_m[row] += by_m
+        self._shifted = True
         self.jumped(row, by_m)
 
-    def as_driven(self) -> Floats:
+    def as_driven(self) -> list[float]:
         """Return the arc length of each front [m]; other paths continue the first path of a vehicle."""
-        return self.at_m - self._shift_m
+        if not self._shifted:
+            return self._fronts_m.copy()
+        return [*map(sub, self._fronts_m, self._shifts_m)]
 
     def jumped(self, row: int, skipped_m: float) -> None:
         """Note that SUMO moved the vehicle in a row `skipped_m` ahead; its odometer does not count that."""
         self._offsets_m[row] += skipped_m
-        self._changed = True
 
     def offset_m(self, row: int) -> float:
         """Return the arc length of a front minus the odometer of its vehicle [m]."""
@@ -217,10 +214,11 @@ class Fronts:
 
         The distance is the sum over these vehicles.
         """
-        before = self.at_m
-        self._at_m = self._traffic.odometers(self.names) + self._offset_m
-        self._fronts_m = self._at_m.tolist()
-        return self._fronts_m, float(np.add.reduce((self._at_m - before)[:there]))
+        before = self._fronts_m
+        fronts_m = self._fronts_m = [*map(add, self._traffic.odometers(self.names), self._offsets_m)]
+        if there < len(before):
+            before = before[:there]
+        return fronts_m, sum(map(sub, fronts_m, before), 0.0)
 
     def odometer(self, row: int) -> float:
         """Return the odometer of the vehicle in a row as it was after the last step [m]."""
@@ -228,7 +226,7 @@ class Fronts:
 
     def odometers(self) -> Floats:
         """Return the odometers as they were after the last step [m]."""
-        return self.at_m - self._offset_m
+        return np.array([*map(sub, self._fronts_m, self._offsets_m)])
 
 
 class Totals:
@@ -252,16 +250,16 @@ class Totals:
         """Keep the laps of a vehicle that leaves."""
         self._laps += diary.all_laps
 
-    def look(self, seen: StepSeen, there: int, driven_m: float) -> None:
+    def look(self, seen: StepSeen, diaries: Sequence[Diary], there: int, driven_m: float) -> None:
         """Count one step, in which the first `there` vehicles came `driven_m` [m] in all."""
         self._steps += 1
         self._driven_m += driven_m
-        for diary, moved_m in seen.fast:
-            if moved_m > (diary.vehicle.make.top + LEAP_MPS) * self._traffic.step_s:
-                self._note_leap(diary, moved_m, self._traffic.now_s)
+        for vehicle, moved_m in seen.leapt:
+            self._note_leap(diaries[vehicle.row], moved_m, self._traffic.now_s)
         # A vehicle does not move in the step in which it departs.
-        standing = [diary for diary in seen.still if diary.vehicle.row < there]
-        self._stand(standing, self._traffic.step_s, self._traffic.now_s)
+        standing = [diaries[vehicle.row] for vehicle in seen.still if vehicle.row < there]
+        if standing:
+            self._stand(standing, self._traffic.step_s, self._traffic.now_s)
 
     def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
         self._standing += len(diaries)
@@ -484,6 +482,11 @@ class Driving:
 
     def leave(self, name: str, why: str = "left") -> None:
         """Release a vehicle, wherever it is; the slots and crossings that it holds become free."""
+        self._leave(name, why)
+        self._close_up()
+
+    def _leave(self, name: str, why: str) -> None:
+        """Release a vehicle; call `_close_up` after the last one, since that looks at all vehicles."""
         vehicle = self.ledger.vehicles[name]
         row = vehicle.row
         if self._gated:
@@ -502,10 +505,14 @@ class Driving:
         for part in self.parts:
             part.forget(vehicle)
         self.ledger.log = [one for one in self.ledger.log if one[1] is not vehicle]
-        del self.diaries[row]
-        self.fronts.drop(row)
-        for later in self.diaries[row:]:
-            later.vehicle.row -= 1
+
+    def _close_up(self) -> None:
+        """Take the rows of the vehicles that have left out of all lists; the rows after them move up."""
+        rows = [row for row, diary in enumerate(self.diaries) if diary.vehicle.name in self.diary_of]
+        self.diaries = [self.diaries[row] for row in rows]
+        self.fronts.keep(rows)
+        for row, diary in enumerate(self.diaries):
+            diary.vehicle.row = row
 
     def turn_off(self, vehicle: Vehicle, track: Track, edges: Sequence[str]) -> bool:
         """Lead a vehicle to another path from its place, which is leg `track.position` of that path.
@@ -550,16 +557,15 @@ class Driving:
         """Act after a step of SUMO: read the vehicles, answer requests, and hold or release vehicles."""
         now_s = self._traffic.now_s
         self.ledger.now_s = now_s
-        for name in self._traffic.arrived():
-            self._arrives(name)
+        self._say_goodbye(self._traffic.arrived())
         there = len(self.diaries)
         self.arrivals.come(self.welcome)
         fronts_m, driven_m = self.fronts.read(there)
-        seen = look(self.diaries, fronts_m, self.ledger, self.rows)
+        seen = look(self.fronts.vehicles, self.diaries, fronts_m, self.ledger, self.rows)
         for vehicle in seen.renewed:
             self._hold_anew(vehicle)
         self.brakes.look()
-        self.totals.look(seen, there, driven_m)
+        self.totals.look(seen, self.diaries, there, driven_m)
         for name in self._traffic.halted():
             if name in self.diary_of:
                 self._halts(self.diary_of[name], now_s)
@@ -576,10 +582,13 @@ class Driving:
         if self._gated:
             self.steering.look_for_strays(self.diaries)
 
-    def _arrives(self, name: str) -> None:
-        """Release a vehicle that SUMO has taken off the road, if it is under the ledger."""
-        if name in self.ledger.vehicles:
-            self.leave(name, self._why_gone(name))
+    def _say_goodbye(self, arrived: Sequence[str]) -> None:
+        """Release the vehicles that SUMO has taken off the road, if they are under the ledger."""
+        gone = [name for name in arrived if name in self.ledger.vehicles]
+        for name in gone:
+            self._leave(name, self._why_gone(name))
+        if gone:
+            self._close_up()
 
     def _why_gone(self, name: str) -> str:
         """Return whether a vehicle that SUMO calls arrived was at the end of its route."""

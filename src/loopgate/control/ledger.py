@@ -9,7 +9,17 @@ from typing import Final
 
 from loopgate.control.chain import ChainGate, RoadGate, closes_by_entering
 from loopgate.control.keeping import Keeping
-from loopgate.control.places import POINT, TOLERANCE_M, Body, GrantedPass, Leg, Make, Place, Vehicle
+from loopgate.control.places import (
+    POINT,
+    TOLERANCE_M,
+    Body,
+    ConflictGroup,
+    GrantedPass,
+    Leg,
+    Make,
+    Place,
+    Vehicle,
+)
 from loopgate.control.pressure import Pressure
 from loopgate.control.refusal import Refusal, Rule
 
@@ -49,6 +59,8 @@ class Holdings:
         """The number of the next vehicle."""
         self._requests = 0
         self._answering = False
+        self._gave_back = False
+        """Whether slots or crossings were given back since requests were last decided about."""
         self._woken: list[Vehicle] = []
         self._later: list[Vehicle] = []
         """Vehicles that were woken in an answer for the next one."""
@@ -110,6 +122,7 @@ class Holdings:
         for body in vehicle.bodies:
             self._take_out(body)
         vehicle.bodies = []
+        self._gave_back = True
         self._wake_watchers(vehicle, inf)
 
     def fits(self, leg: Leg) -> bool:
@@ -163,6 +176,7 @@ class Holdings:
             trip.over.movement.junction.trips.remove(trip)
             gave_back = True
         if gave_back:
+            self._gave_back = True
             vehicle.back_m = vehicle.gives_back_m()
         if vehicle.watchers:
             self._wake_watchers(vehicle, front_m)
@@ -234,11 +248,13 @@ class Holdings:
             elif vehicle.line_m < inf and vehicle.make is not POINT:
                 vehicle.near = True
                 self._near.append(vehicle)
-        if vehicle.trips:
-            due_m = min(due_m, vehicle.trips[0].clear_m)
-        due_m = min(due_m, vehicle.back_m)
+        if vehicle.trips and vehicle.trips[0].clear_m < due_m:
+            due_m = vehicle.trips[0].clear_m
+        if vehicle.back_m < due_m:  # noqa: PLR1730  a call of `min` costs three times this
+            due_m = vehicle.back_m
         for watched_m, _ in vehicle.watchers:
-            due_m = min(due_m, watched_m)
+            if watched_m < due_m:  # noqa: PLR1730  as above
+                due_m = watched_m
         vehicle.due_m = due_m
 
     def _go_in(self, vehicle: Vehicle, begins_m: float) -> Body:
@@ -357,6 +373,10 @@ class Ledger(Holdings):
         """Called with the time [s] before requests are answered."""
         self.decide: Callable[[list[Vehicle]], list[Vehicle]] = self._decide
         """Takes vehicles that no rule refuses; lets some go on, and returns these."""
+        self.rules_look_near = False
+        """Whether no rule looks farther than a vehicle's place, the next place, and the crossing between."""
+        self._changed: set[Place | ConflictGroup] = set()
+        """What the grants since the rules were asked have changed."""
         self._alarms: list[tuple[float, int, Vehicle]] = []
         self._shut: list[Place] = []
         self._opening: list[Place] = []
@@ -483,8 +503,29 @@ class Ledger(Holdings):
             for vehicle in ready:
                 if vehicle not in goes:
                     self.refuse(vehicle, _RESERVE)
-        grants = self.grants
-        return [one for one in going if self._settle(one, again=self.grants > grants)]
+        self._changed.clear()
+        self._gave_back = False
+        return [one for one in going if self._settle(one, again=self._may_differ(one))]
+
+    def _may_differ(self, vehicle: Vehicle) -> bool:
+        """Return whether the grants since its rules were asked may change what they say of a vehicle."""
+        changed = self._changed
+        if not changed:
+            return False
+        if self._gave_back or not self.rules_look_near:
+            return True
+        leg = vehicle.leg
+        if leg.place in changed or (leg.after is not None and leg.after.place in changed):
+            return True
+        for over in leg.passes:
+            if over.movement.junction in changed:
+                return True
+            for trip in over.movement.junction.trips:  # whether another vehicle may be held on its way
+                if len(trip.leg.passes) > 1:
+                    for other in trip.leg.passes:
+                        if other.movement.junction in changed:
+                            return True
+        return False
 
     def _settle(self, vehicle: Vehicle, *, again: bool = True) -> bool:
         """Let a vehicle go on, or note its refusal; return whether it goes.
@@ -523,6 +564,11 @@ class Ledger(Holdings):
             trip = GrantedPass(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
             vehicle.trips.append(trip)
+        changed = self._changed
+        changed.add(before.place)
+        changed.add(after.place)
+        for trip in vehicle.trips:
+            changed.add(trip.over.movement.junction)
         vehicle.near = False
         self.passed(vehicle)
         if vehicle.near and vehicle.must_ask(self.step_s):

@@ -33,7 +33,8 @@ def time_s(distance_m: float, speed: float, accel: float, top: float) -> float:
     """Return the time to drive a distance while accelerating from `speed` to `top` [s]."""
     if distance_m <= 0.0:
         return 0.0
-    speed = min(speed, top)
+    if speed > top:  # noqa: PLR1730  a call of `min` costs three times this
+        speed = top
     gaining_m = (top * top - speed * speed) / (2.0 * accel)
     if gaining_m >= distance_m:
         return (sqrt(speed * speed + 2.0 * accel * distance_m) - speed) / accel
@@ -266,10 +267,11 @@ class Make:
 
     `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `gap_m`: its gap to a vehicle ahead
     when it stands [m]. `foreseen`: whether the time at which it clears a crossing can be predicted.
-    `brakes_late`: whether its driver may brake later than SUMO's default.
+    `brakes_late`: whether its driver may brake later than SUMO's default. `stops_m`: braking distance from
+    top speed, in steps of a second [m].
     """
 
-    __slots__ = ("accel", "brakes_late", "decel", "foreseen", "gap_m", "haste", "length_m", "top")
+    __slots__ = ("accel", "brakes_late", "decel", "foreseen", "gap_m", "haste", "length_m", "stops_m", "top")
 
     def __init__(
         self,
@@ -291,6 +293,7 @@ class Make:
         self.decel: Final = decel
         self.top: Final = top
         self.haste: Final = haste
+        self.stops_m: Final = braking_m(top, decel, 1.0)
 
     def with_top(self, top: float) -> Make:
         """Return the same properties with another top speed [m/s]."""
@@ -321,6 +324,7 @@ class Vehicle:
 
     Where it is: `front_m`, `speed`: arc length of its front [m] and speed [m/s]. `line_m`: arc length of its
     stop line, the end of the last granted leg [m]. `due_m`: arc length at which the ledger must act next [m].
+    `noted_m`: arc length at which there is something to record next [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
     `steered`: whether it is led to a lane, and makes no request. `stood_s`: how long it has stood, anywhere
@@ -334,9 +338,9 @@ class Vehicle:
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "due_m",
         "front_m", "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "lot_m",
-        "make", "mover", "name", "near", "number", "parks", "reason", "refused_s", "request", "row",
-        "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips", "watchers", "withheld",
-        "woken",
+        "make", "mover", "name", "near", "noted_m", "number", "parks", "reason", "refused_s", "request",
+        "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips", "watchers",
+        "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -354,7 +358,7 @@ class Vehicle:
         self.bodies: list[Body] = []
         self.trips: list[GrantedPass] = []
         self.watchers: list[tuple[float, Vehicle]] = []
-        self.due_m = self.back_m = inf
+        self.due_m = self.noted_m = self.back_m = inf
         self.asks = self.answered = self.mover = False
         self.request = 0
         self.held = self.halted = False
@@ -440,8 +444,8 @@ class Vehicle:
 
     def asks_from_m(self) -> float:
         """Return the first arc length at which it may have to ask, with steps of up to a second [m]."""
-        top = self.make.top
-        return self.line_m - top - braking_m(top, self.make.decel, 1.0) - MARGIN_M
+        make = self.make
+        return self.line_m - make.top - make.stops_m - MARGIN_M
 
     def gives_back_m(self) -> float:
         """Return the arc length of its front at which it gives its first slot back [m].
@@ -459,6 +463,8 @@ class Vehicle:
     def must_ask(self, step_s: float) -> bool:
         """Return whether the next step could take it beyond the point where it must brake."""
         make = self.make
-        fast = min(make.top, self.speed + make.accel * step_s)
+        fast = self.speed + make.accel * step_s
+        if fast > make.top:  # noqa: PLR1730  a call of `min` costs three times this
+            fast = make.top
         within_s = max(step_s, _REACTION_S) if make.brakes_late else step_s
         return self.line_m - self.front_m < fast * within_s + braking_m(fast, make.decel, step_s) + MARGIN_M

@@ -72,12 +72,13 @@ def sensed() -> list[Rule]:
     return [stop, light, crossing, withheld]
 
 
-def usual(outside: Sequence[Rule] = ()) -> list[Rule]:
+def usual(outside: Sequence[Rule] = (), *, lit: bool = True) -> list[Rule]:
     """Return the rules in the order in which they are asked.
 
-    `outside`: the rules about spacing and ordinary traffic.
+    `outside`: the rules about spacing and ordinary traffic. `lit`: whether vehicles obey lights.
 
     A light is asked before room and crossing. A vehicle at red is refused for the light then: it is not
     passed over by the vehicles at green, and `Keeping` keeps nothing for it at their cost.
     """
-    return [stop, light, room, kept, crossing, *outside, withheld]
+    lights = [light] if lit else []
+    return [stop, *lights, room, kept, crossing, *outside, withheld]

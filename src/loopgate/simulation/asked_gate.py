@@ -203,10 +203,12 @@ class Deciding:
         self._negotiation, self._serve_after_s = negotiation, serve_after_s or inf
         self._negotiated: Negotiated | None = None
 
-    def ledger(self, outside: Sequence[Rule], *, step_s: float, everybody: bool = False) -> Ledger:
+    def ledger(
+        self, outside: Sequence[Rule], *, step_s: float, lit: bool = True, everybody: bool = False
+    ) -> Ledger:
         """Return an empty ledger with this gate and negotiation.
 
-        `outside`: the rules about spacing and ordinary traffic.
+        `outside`: the rules about spacing and ordinary traffic. `lit`: whether vehicles obey lights.
         """
         negotiation = self._negotiation
         order: Order
@@ -219,11 +221,12 @@ class Deciding:
         else:
             self._negotiated = Negotiated(None, negotiation)
             order = self._negotiated.order
-        rules = usual(outside)
+        rules = usual(outside, lit=lit)
         self._ledger = ledger = Ledger(
             rules, everybody=everybody, step_s=step_s, order=order, pressing=pressing
         )
-        ledger.keeping.outside = [light, *outside]
+        ledger.keeping.outside = [light, *outside] if lit else outside
+        ledger.rules_look_near = not outside
         if self._made is not None:
             self.go_by(*self._made)
         return ledger

@@ -180,7 +180,8 @@ def make_driving(
         by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate)
     else:
         deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
-        ledger, asked = deciding.ledger(outside, step_s=scenario.step_s, everybody=everybody), deciding.asked
+        ledger = deciding.ledger(outside, step_s=scenario.step_s, lit=bool(signals), everybody=everybody)
+        asked = deciding.asked
     driving = Driving(
         traffic,
         PlaceLayout(slots_of(assembly), drawn, signals, roads.add if roads else None),

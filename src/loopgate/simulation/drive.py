@@ -190,7 +190,7 @@ class Drive:
         """Return the number of the last leg granted to each vehicle."""
         return np.array(self.driving.granted, dtype=np.int64)
 
-    def fronts(self) -> Floats:
+    def fronts(self) -> list[float]:
         """Return each front's arc length after the last step [m]; laps and paths that it turns to add up."""
         return self.driving.fronts.as_driven()
 

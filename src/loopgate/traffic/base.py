@@ -136,7 +136,7 @@ class Traffic(Protocol):
     def gives_way(self) -> bool:
         """Whether gated vehicles also obey the simulator's right of way."""
 
-    def odometers(self, vehicles: Sequence[str]) -> Floats:
+    def odometers(self, vehicles: Sequence[str]) -> list[float]:
         """Return the odometers [m] of `vehicles`, in their order."""
 
     def whereabouts(self) -> Whereabouts:

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from shapely import LineString, Point
 
-from loopgate.arrays import Floats
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Phase, Program, Whereabouts
@@ -149,7 +148,7 @@ class SumoStops:
         self._simulation = api.simulation
         self._lane_of, self._stops_of = read("vehicle_getLaneID"), read("vehicle_getStops")
         self._insert_stop, self._set_stop = read("vehicle_insertStop"), read("vehicle_setStop")
-        self._replace_stop = read("vehicle_replaceStop")
+        self._replace_stop, self._is_stopped = read("vehicle_replaceStop"), read("vehicle_isStopped")
         self._stops_starting = read("simulation_getStopStartingVehiclesIDList")
         self._holds: dict[str, tuple[str, float]] = {}
         """For each held vehicle, its lane and the position of the hold there [m]."""
@@ -348,7 +347,7 @@ class SumoStops:
     def stays_s(self, vehicle: str) -> float:
         """Return for how long a vehicle will stand at its stop [s]; SUMO counts down."""
         stops = self._stops_of(vehicle, 1)
-        return float(stops[0].duration) if stops and self._vehicle.isStopped(vehicle) else 0.0
+        return float(stops[0].duration) if stops and self._is_stopped(vehicle) else 0.0
 
     def stay(self, vehicle: str, for_s: float) -> None:
         self._vehicle.setStopParameter(vehicle, 0, "duration", f"{for_s:g}")
@@ -377,7 +376,7 @@ class SumoStops:
     def at_own_stop(self, vehicle: str) -> bool:
         """Return whether a vehicle stands at a stop that does not hold it."""
         held = vehicle in self._holds and self._stop_number(vehicle) == 0
-        return not held and bool(self._vehicle.isStopped(vehicle))  # a held one was released
+        return not held and bool(self._is_stopped(vehicle))  # a held one was released
 
     def stops_ended(self) -> Sequence[str]:
         ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
@@ -461,6 +460,11 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
             read(f"vehicle_{name}") for name in ("getDistance", "getLanePosition", "getSpeed")
         )
         self._vehicles, self._arrived = read("vehicle_getIDList"), read("simulation_getArrivedIDList")
+        self._departed, self._colliding = (
+            read(f"simulation_get{name}") for name in ("DepartedIDList", "CollidingVehiclesNumber")
+        )
+        self._set_speed, self._set_speed_mode = read("vehicle_setSpeed"), read("vehicle_setSpeedMode")
+        self._is_parking = read("vehicle_isStoppedParking")
         self._like = [
             read(f"vehicle_{name}")
             for name in ("getLength", "getAccel", "getDecel", "getSpeedFactor", "getMinGap")
@@ -507,7 +511,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         return ids
 
     def departed(self) -> Sequence[str]:
-        ids: Sequence[str] = self._simulation.getDepartedIDList()
+        ids: Sequence[str] = self._departed()
         return ids
 
     def arrived(self) -> Sequence[str]:
@@ -544,9 +548,9 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
     def odometer(self, vehicle: str) -> float:
         return float(self._odometer(vehicle))
 
-    def odometers(self, vehicles: Sequence[str]) -> Floats:
+    def odometers(self, vehicles: Sequence[str]) -> list[float]:
         try:
-            return np.fromiter(map(self._odometer, vehicles), np.float64, len(vehicles))
+            return [*map(self._odometer, vehicles)]
         except self._error as error:
             msg = (
                 f"{error} SUMO has taken it out: calibrators, rerouters and the like must leave vehicles on "
@@ -576,7 +580,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         return float(self._place_and_speed[1](vehicle))
 
     def parks(self, vehicle: str) -> bool:
-        return bool(self._vehicle.isStoppedParking(vehicle))
+        return bool(self._is_parking(vehicle))
 
     def position(self, vehicle: str) -> tuple[float, float]:
         x, y = self._vehicle.getPosition(vehicle)
@@ -612,7 +616,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         if vehicle in self._slowed:
             self.keep_to(vehicle, None)
         if modes is not None:
-            self._vehicle.setSpeedMode(vehicle, modes[0])
+            self._set_speed_mode(vehicle, modes[0])
             self._vehicle.setLaneChangeMode(vehicle, modes[1])
 
     def mean_speed(self, edge: str) -> float:
@@ -644,14 +648,14 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
         (self._slowed.discard if speed_mps is None else self._slowed.add)(vehicle)
-        self._vehicle.setSpeed(vehicle, -1.0 if speed_mps is None else speed_mps)
+        self._set_speed(vehicle, -1.0 if speed_mps is None else speed_mps)
 
     def release(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, reached or not, and no other stop."""
         if vehicle in self._braked:
             del self._braked[vehicle]
-            self._vehicle.setSpeed(vehicle, -1.0)
-            self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
+            self._set_speed(vehicle, -1.0)
+            self._set_speed_mode(vehicle, self._mode(vehicle))
         self.drop_hold(vehicle)
 
     def heed_lights(self, vehicle: str, *, heeds: bool) -> None:
@@ -666,7 +670,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
     def _set_mode(self, vehicle: str) -> None:
         if vehicle not in self._braked:
             try:
-                self._vehicle.setSpeedMode(vehicle, self._mode(vehicle))
+                self._set_speed_mode(vehicle, self._mode(vehicle))
             except self._error:  # it has just arrived
                 self._heedless.discard(vehicle)
                 self._first.discard(vehicle)
@@ -678,15 +682,15 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
     def brake(self, vehicle: str, *, hard: bool = True) -> None:
         self._braked[vehicle] = float(self._vehicle.getSpeed(vehicle))
         if hard:
-            self._vehicle.setSpeedMode(vehicle, self._speed_mode & _ANY_DECELERATION)
-        self._vehicle.setSpeed(vehicle, 0.0)
+            self._set_speed_mode(vehicle, self._speed_mode & _ANY_DECELERATION)
+        self._set_speed(vehicle, 0.0)
 
     def stay_braked(self) -> None:
         for vehicle, before_mps in list(self._braked.items()):
             self.brake(vehicle, hard=self._vehicle.getSpeed(vehicle) >= before_mps > 0.0)
 
     def collisions(self) -> Sequence[Collision]:
-        if not self._simulation.getCollidingVehiclesNumber():
+        if not self._colliding():
             return ()
         return tuple(Collision(c.collider, c.victim, c.lane) for c in self._simulation.getCollisions())
 

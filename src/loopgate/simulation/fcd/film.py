@@ -10,9 +10,6 @@ from math import nan
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
-import numpy as np
-
-from loopgate.arrays import Floats
 from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.network.xml_file import open_xml
@@ -193,9 +190,9 @@ class Film:
         """Return how many vehicles are slower than 0.1 m/s."""
         return sum(one.speed_mps < STANDING_MPS for one in self._seen.values())
 
-    def odometers(self, vehicles: Sequence[str]) -> Floats:
+    def odometers(self, vehicles: Sequence[str]) -> list[float]:
         """Return how far `vehicles` have driven [m]."""
-        return np.array([self.courses[vehicle].driven_m for vehicle in vehicles])
+        return [self.courses[vehicle].driven_m for vehicle in vehicles]
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         """Return the lane of a vehicle, and the position of its front on the lane [m]."""

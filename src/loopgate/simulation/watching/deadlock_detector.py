@@ -104,7 +104,7 @@ class Watched(Protocol):
     def vehicles(self) -> Sequence[str]:
         """Return the vehicles on the road, in a fixed order."""
 
-    def odometers(self, vehicles: Sequence[str]) -> Floats:
+    def odometers(self, vehicles: Sequence[str]) -> list[float]:
         """Return the odometers [m] of `vehicles`, in their order."""
 
     def lane(self, vehicle: str) -> tuple[str, float]:
@@ -207,7 +207,7 @@ class DeadlockDetector:
 
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()
-        return vehicles, self._traffic.odometers(vehicles)
+        return vehicles, np.array(self._traffic.odometers(vehicles))
 
     def _look(self, vehicles: Sequence[str], at_m: Floats, now: float) -> Ints:
         """Store which vehicles have moved; return the numbers of the others."""

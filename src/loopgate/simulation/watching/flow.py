@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -47,7 +48,7 @@ class FrontRecorder:
         self._recorder = recorder
         self._rows = 0
         self._times: list[float] = []
-        self._fronts: list[NDArray[np.float64]] = []
+        self._fronts: list[array[float]] = []
         self._vehicles: list[NDArray[np.int64]] = []
         """The numbers of the vehicles' names, for each step in `_fronts`."""
         self._names = np.zeros(0, dtype=np.int64)
@@ -62,7 +63,7 @@ class FrontRecorder:
         fronts = drive.fronts()
         self._times.append(self._traffic.now_s)
         self._vehicles.append(self._names)
-        self._fronts.append(fronts)
+        self._fronts.append(array("d", fronts))
         self._rows += len(self._names)
         if self._rows >= _BATCH:
             self._flush()

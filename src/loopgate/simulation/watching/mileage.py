@@ -89,7 +89,7 @@ class Mileage:
         there = everyone if self._own is None else [v for v in everyone if v in self._own]
         if there != self._there:
             self._take_over(there, now)
-        at_m = traffic.odometers(there)
+        at_m = np.array(traffic.odometers(there))
         moved_m = at_m - self._at_m[self._rows]
         before_mps = self._speed_mps[self._rows]
         leaps = (moved_m > (before_mps + _LEAP_MPS2 * step_s) * step_s) | (moved_m < 0.0)
