@@ -49,9 +49,10 @@ on a lane within the third [m]."""
 _MOST_SETS = 4
 """So many sets of vehicles are kept for each way of several."""
 
-_WIDTH_M, _APART_M = 1.8, 3.0
-"""A vehicle cannot pass nearer than this to the middle of another's body where their ways cross, and where
-they part or merge [m]."""
+_APART_M = 3.0
+"""A vehicle cannot pass nearer than this to the middle of another's body where their ways part or merge [m].
+
+Where they cross, SUMO lets it pass once the other's rear is off its lane: half a lane's width away."""
 
 
 class Occupant(NamedTuple):
@@ -408,12 +409,12 @@ class RoadWaits:
         self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
     ) -> list[str]:
         """Return the vehicles whose bodies cross a path for good."""
-        found = []
+        found, half_m = [], self._network.lanes[way.via[0]].width_m / 2.0
         for other in self._at[way.junction]:
             merges = other is not way and way.to_id == other.to_id
             for lane in (*other.via, other.to_id):
                 on_exit = lane == other.to_id
-                apart_m = _APART_M if way.from_id == other.from_id or (merges and not on_exit) else _WIDTH_M
+                apart_m = _APART_M if way.from_id == other.from_id or (merges and not on_exit) else half_m
                 for one in self._bodies.get(lane, ()):
                     if one.vehicle in found or one.vehicle == vehicle or self._is_past(one, lane, on_exit):
                         continue

@@ -8,6 +8,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from shapely import LineString, Point
 
 from loopgate.network import Connection, Edge, RoadNetwork
 from loopgate.network.road import Lane
@@ -85,6 +86,17 @@ def test_the_first_in_line_waits_for_bodies_in_its_way(
     """Beyond the junction, in it, and across it."""
     edges = {"b": ("C3C2", ["C1B1"])}
     assert Scene({"a": HEAD, **others}, edges).sets() == sets
+
+
+@pytest.mark.parametrize(("past_m", "sets"), [(1.5, [["b"]]), (1.7, [])])
+def test_a_crossing_is_free_once_a_rear_is_off_the_lane(past_m: float, sets: list[list[str]]) -> None:
+    """As for SUMO: half the width of a lane, 1.6 m; a driver passed a rear that was 1.75 m away."""
+    (across,) = NETWORK.between("C3C2", "C2C1")
+    mine, theirs = (LineString(NETWORK.lanes[way.via[0]].shape) for way in (WAY, across))
+    crossing = theirs.intersection(mine)
+    assert isinstance(crossing, Point)
+    front_m = theirs.project(crossing) + past_m + 5.0 - theirs.length
+    assert Scene({"a": HEAD, "b": ("C2C1_0", front_m)}, {"b": ("C3C2", ["C1B1"])}).sets() == sets
 
 
 @pytest.mark.parametrize("after", [["C2D2"], ["C2D2", "D2E2"]])
