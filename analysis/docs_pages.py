@@ -17,6 +17,7 @@ import click
 import loopgate
 from loopgate import analysis, plots
 from loopgate.cli.main import cli
+from loopgate.cli.run import HELP_ALL
 from loopgate.results import columns
 from loopgate.results.figures import FIGURES
 from loopgate.simulation import scenario
@@ -54,11 +55,9 @@ def commands() -> str:
     """Return every command with its help, as the terminal shows it."""
     context = click.Context(cli, info_name="loopgate", terminal_width=100)
     parts = ["# Commands", "As `--help` shows them.", _block(cli.get_help(context))]
-    for name in cli.list_commands(context):
-        command = cli.get_command(context, name)
-        if command is not None:
-            inner = click.Context(command, info_name=name, parent=context, terminal_width=100)
-            parts += [f"## {name}", _block(command.get_help(inner))]
+    for name, command, inner in _every(cli, context):
+        inner.meta[HELP_ALL] = True
+        parts += [f"## {name}", _block(command.get_help(inner))]
     parts += [
         "## Completion",
         "Let the shell complete commands and options, once per shell:",
@@ -67,6 +66,17 @@ def commands() -> str:
         _EXIT_CODES,
     ]
     return "\n\n".join(parts) + "\n"
+
+
+def _every(group: click.Group, context: click.Context) -> Iterator[tuple[str, click.Command, click.Context]]:
+    """Yield each command with its name and context, those of groups within behind the group."""
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        if command is not None:
+            inner = click.Context(command, info_name=name, parent=context, terminal_width=100)
+            yield inner.command_path.removeprefix("loopgate "), command, inner
+            if isinstance(command, click.Group):
+                yield from _every(command, inner)
 
 
 def _block(text: str) -> str:

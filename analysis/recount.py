@@ -275,8 +275,7 @@ def cases(folder: Path, *, duration_s: float = 900.0) -> dict[str, dict[str, Any
     """Return what is run, by name."""
     given = {
         "network": GRID,
-        "fcd": True,
-        "tripinfo": True,
+        "outputs": "fcd,tripinfo",
         "sumo": "--precision 6",
         "duration_s": duration_s,
     }

@@ -125,13 +125,14 @@ def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
 
 
 def meant(word: object, known: Iterable[str]) -> str:
-    """Return a "did you mean" question with the nearest known word; empty if no word is near.
+    """Return a "did you mean" question with the nearest known word, in whatever case; empty if none is near.
 
     >>> meant("vehicels", ["vehicles", "loops"]), meant("x", ["vehicles"])
     ("; did you mean 'vehicles'?", '')
     """
-    near = difflib.get_close_matches(str(word)[:_LONGEST_VALUE], list(known), n=1)
-    return f"; did you mean '{near[0]}'?" if near else ""
+    by_letters = {one.casefold(): one for one in known}
+    near = difflib.get_close_matches(str(word)[:_LONGEST_VALUE].casefold(), list(by_letters), n=1)
+    return f"; did you mean '{by_letters[near[0]]}'?" if near else ""
 
 
 def check_keys(given: Iterable[str], known: Iterable[str], what: object, error: type[Exception]) -> None:

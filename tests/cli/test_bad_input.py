@@ -64,10 +64,10 @@ def test_run(
         ["inspect", RING, "--routes", LOOPS, "--vehicle-length", "nan"],
         ["inspect", RING, "--routes", LOOPS, "--abstraction", "segments", "--rho", "nan"],
         ["inspect", RING, "--routes", LONG],
-        ["explore", LONG],
-        ["explore", "s.json", "--memory-gb", "nan"],
-        ["montecarlo", "s.json", "--rounds", "0"],
-        ["check-certificate", LONG],
+        ["study", "explore", LONG],
+        ["study", "explore", "s.json", "--memory-gb", "nan"],
+        ["study", "montecarlo", "s.json", "--rounds", "0"],
+        ["study", "check-certificate", LONG],
         ["report", LONG],
         ["sweep", LONG],
     ],
@@ -148,7 +148,9 @@ def test_certificates_that_are_none(
     """Lists in lists in lists, and numbers of five thousand digits."""
     for text in ("[" * 100_000, "9" * 5000, '{"system": 5}', '{"kind": "home"}', "\x00"):
         (tmp_path / "c.jsonl").write_text(text)
-        assert "c.jsonl" in refused(capsys, monkeypatch, "check-certificate", str(tmp_path / "c.jsonl"))
+        assert "c.jsonl" in refused(
+            capsys, monkeypatch, "study", "check-certificate", str(tmp_path / "c.jsonl")
+        )
 
 
 @pytest.mark.parametrize(

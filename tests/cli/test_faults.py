@@ -159,8 +159,8 @@ def test_sigterm_ends_a_sweep_its_workers_and_their_folders(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     "words",
     [
-        ("verify", "--random", "2", "--certificates", "/dev/full"),
-        ("verify", "--random", "2"),
+        ("study", "verify", "--random", "2", "--certificates", "/dev/full"),
+        ("study", "verify", "--random", "2"),
     ],
 )
 def test_what_is_printed_to_a_full_disk(words: tuple[str, ...]) -> None:

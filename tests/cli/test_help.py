@@ -9,10 +9,11 @@ import sys
 
 import click
 import pytest
+from click.testing import CliRunner
 
-from loopgate.cli.main import cli
-from loopgate.cli.run import OPTIONS, GroupedCommand
-from loopgate.simulation.scenario import kinds
+from loopgate.cli.main import cli, study
+from loopgate.cli.run import FIRST, OPTIONS, GroupedCommand, run
+from loopgate.simulation.scenario import kinds, option_name
 
 HEAVY = {"jinja2", "libsumo", "matplotlib", "numba", "numpy", "pandas", "pyarrow", "rich", "scipy"}
 ASK = """
@@ -42,10 +43,10 @@ def test_commands_are_grouped_with_whole_sentences() -> None:
     )
     lines = shown.stdout.splitlines()
     heads = [line for line in lines if line and not line.startswith(" ")]
-    assert heads == [heads[0], "Options:", "Drive:", "Study gates:", "Aboard:"]
+    assert heads == [heads[0], "Options:", "Commands:"]
     assert "..." not in shown.stdout.replace("[ARGS]...", "")
     assert max(map(len, lines)) <= 80
-    drive = shown.stdout.partition("Drive:")[2].partition("Study gates:")[0]
+    drive = shown.stdout.partition("Commands:")[2]
     order = [drive.index(f"\n  {name} ") for name in ("loops", "inspect", "run", "sweep", "report")]
     assert order == sorted(order)
 
@@ -56,16 +57,48 @@ def test_options_of_a_run_are_grouped() -> None:
     assert isinstance(command, GroupedCommand)
     grouped = [name for names in command.groups.values() for name in names]
     options = [param.name for param in command.params if isinstance(param, click.Option)]
-    assert sorted(grouped) == sorted(map(str, options))
+    assert sorted(grouped) == sorted(set(map(str, options)) - {"help_all"})
     assert list(command.groups) == ["Loops", "Vehicles", "Gate", "Watching", "Output", "SUMO"]
 
 
 def test_every_command_that_prints_figures_prints_json() -> None:
     """A script need not read a table."""
-    for name in cli.list_commands(click.Context(cli)):
-        command = cli.get_command(click.Context(cli), name)
+    commands = {(group, name) for group in (cli, study) for name in group.list_commands(click.Context(group))}
+    for group, name in commands - {(cli, "study")}:
+        command = group.get_command(click.Context(group), name)
         assert command is not None
         assert name in _FILES_ONLY or any("--json" in option.opts for option in command.params), name
+
+
+def test_help_of_a_run_is_short_and_all_of_it_is_one_option_away() -> None:
+    """A beginner reads a page; a key of a scenario that is left out of it stands in the other."""
+    short, whole = (CliRunner().invoke(cli, ["run", words]).output for words in ("--help", "--help-all"))
+    for field in kinds().keys() - {"network"}:
+        assert f"--{option_name(field)}" in whole
+    assert sum(line.strip().startswith("-") for line in short.splitlines()) == len(FIRST) + 2
+    assert "--help-all" in short
+
+
+@pytest.mark.parametrize(
+    ("words", "hint"),
+    [
+        ("run n.net.xml --step 0.5", "--step-length"),
+        ("run n.net.xml --duration 10minutes", "10min"),
+        ("explore s.json", "loopgate study explore"),
+    ],
+)
+def test_a_near_miss_gets_the_way_out(words: str, hint: str) -> None:
+    """What a person expects to work, and does not, names what does."""
+    ended = CliRunner().invoke(cli, words.split())
+    assert ended.exit_code == 2
+    assert hint in ended.output
+
+
+def test_times_are_read_as_people_write_them() -> None:
+    """Seconds, SUMO's clock, and with a unit."""
+    (duration,) = (param for param in run.params if param.name == "duration_s")
+    for text, time_s in {"600": 600.0, "10min": 600.0, "0:10:00": 600.0, "1.5h": 5400.0, "90s": 90.0}.items():
+        assert duration.type.convert(text, duration, None) == time_s
 
 
 def test_the_command_is_a_module_too() -> None:

@@ -1,4 +1,4 @@
-"""`loopgate verify` says whether a gate keeps its promise, by words, figures and exit code."""
+"""`loopgate study verify` says whether a gate keeps its promise, by words, figures and exit code."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _file(tmp_path: Path, name: str) -> str:
 @pytest.mark.parametrize("name", ["unsound_n5", "blocked_n6"])
 def test_certified_is_safe_and_as_permissive_as_can_be(tmp_path: Path, name: str) -> None:
     """On both counterexamples to Algorithm 2, explored to the end: safe, never stuck, all reached."""
-    result = _RUN.invoke(cli, ["verify", _file(tmp_path, name), "--json"])
+    result = _RUN.invoke(cli, ["study", "verify", _file(tmp_path, name), "--json"])
     found = json.loads(result.stdout)
     assert result.exit_code == 0
     assert (found["unsafe_admitted"], found["stuck"], found["budget_stops"]) == (0, 0, 0)
@@ -35,7 +35,7 @@ def test_certified_is_safe_and_as_permissive_as_can_be(tmp_path: Path, name: str
 
 def test_finds_the_move_that_algorithm_2_should_not_admit(tmp_path: Path) -> None:
     """Algorithm 2 admits an unsafe move in the five-robot system; a shortest way to it is printed."""
-    result = _RUN.invoke(cli, ["verify", _file(tmp_path, "unsound_n5"), "--gate", "algorithm2"])
+    result = _RUN.invoke(cli, ["study", "verify", _file(tmp_path, "unsound_n5"), "--gate", "algorithm2"])
     assert result.exit_code == 1
     line = next(line for line in result.stdout.splitlines() if line.startswith("unsafe   "))
     moves = line.removeprefix("unsafe").strip().removeprefix("after ").split(":")[0].split()
@@ -45,7 +45,7 @@ def test_finds_the_move_that_algorithm_2_should_not_admit(tmp_path: Path) -> Non
 
 def test_random_systems() -> None:
     """Random systems are judged one by one and counted together."""
-    result = _RUN.invoke(cli, ["verify", "--random", "8", "--seed", "3", "--steps", "20", "--json"])
+    result = _RUN.invoke(cli, ["study", "verify", "--random", "8", "--seed", "3", "--steps", "20", "--json"])
     found = json.loads(result.stdout)
     assert result.exit_code == 0
     assert found["systems"] == 8
@@ -54,7 +54,9 @@ def test_random_systems() -> None:
 
 def test_a_gate_that_looks_nowhere_is_caught() -> None:
     """The collision gate admits moves into deadlocks."""
-    result = _RUN.invoke(cli, ["verify", "--random", "20", "--gate", "collision", "--steps", "20", "--json"])
+    result = _RUN.invoke(
+        cli, ["study", "verify", "--random", "20", "--gate", "collision", "--steps", "20", "--json"]
+    )
     found = json.loads(result.stdout)
     assert result.exit_code == 1
     assert found["unsafe_admitted"] > 0
@@ -64,7 +66,17 @@ def test_a_gate_that_looks_nowhere_is_caught() -> None:
 def test_large_systems_are_walked(tmp_path: Path) -> None:
     """Where exploring does not fit, walks are judged by the search for a way home."""
     write_system(random_system(sparse(16), 1), tmp_path / "large.json")
-    arguments = ["verify", str(tmp_path / "large.json"), "--limit", "100", "--walks", "2", "--steps", "30"]
+    arguments = [
+        "study",
+        "verify",
+        str(tmp_path / "large.json"),
+        "--limit",
+        "100",
+        "--walks",
+        "2",
+        "--steps",
+        "30",
+    ]
     result = _RUN.invoke(cli, [*arguments, "--json"])
     found = json.loads(result.stdout)
     assert result.exit_code == 0
@@ -73,15 +85,15 @@ def test_large_systems_are_walked(tmp_path: Path) -> None:
 
 def test_wants_either_a_file_or_random_systems() -> None:
     """Neither, or both, is bad input."""
-    assert _RUN.invoke(cli, ["verify"]).exit_code == 2
+    assert _RUN.invoke(cli, ["study", "verify"]).exit_code == 2
 
 
 def test_certificates_are_written_and_checked(tmp_path: Path) -> None:
     """What verify writes, check-certificate accepts; a line that was changed is found and named."""
     file = tmp_path / "certificates.jsonl"
-    arguments = ["verify", _file(tmp_path, "unsound_n5"), "--certificates", str(file)]
+    arguments = ["study", "verify", _file(tmp_path, "unsound_n5"), "--certificates", str(file)]
     assert _RUN.invoke(cli, arguments).exit_code == 0
-    result = _RUN.invoke(cli, ["check-certificate", str(file), "--json"])
+    result = _RUN.invoke(cli, ["study", "check-certificate", str(file), "--json"])
     checked = json.loads(result.stdout)
     assert result.exit_code == 0
     assert checked["checked"] == sum(checked["kinds"].values()) > 2000
@@ -89,7 +101,7 @@ def test_certificates_are_written_and_checked(tmp_path: Path) -> None:
     refused = next(n for n, line in enumerate(lines) if '"refused"' in line)
     lines[refused] = lines[refused].replace('"refused"', '"admitted"')
     file.write_text("\n".join(lines), encoding="utf-8")
-    result = _RUN.invoke(cli, ["check-certificate", str(file)])
+    result = _RUN.invoke(cli, ["study", "check-certificate", str(file)])
     assert result.exit_code == 1
     assert f"line {refused + 1}" in result.stdout
 
@@ -97,7 +109,15 @@ def test_certificates_are_written_and_checked(tmp_path: Path) -> None:
 def test_other_gates_give_no_certificates(tmp_path: Path) -> None:
     """Asking a gate without certificates for some is bad input."""
     out = str(tmp_path / "c.jsonl")
-    arguments = ["verify", _file(tmp_path, "unsound_n5"), "--gate", "collision", "--certificates", out]
+    arguments = [
+        "study",
+        "verify",
+        _file(tmp_path, "unsound_n5"),
+        "--gate",
+        "collision",
+        "--certificates",
+        out,
+    ]
     assert isinstance(_RUN.invoke(cli, arguments).exception, LoopgateError)
 
 
@@ -106,4 +126,6 @@ def test_no_certificates_in_the_file(tmp_path: Path) -> None:
     file = tmp_path / "c.jsonl"
     for text in ("no json", "[1]", '{"robot": "r1"}', '{"system": {"robots": 3}}'):
         file.write_text(text, encoding="utf-8")
-        assert isinstance(_RUN.invoke(cli, ["check-certificate", str(file)]).exception, LoopgateError)
+        assert isinstance(
+            _RUN.invoke(cli, ["study", "check-certificate", str(file)]).exception, LoopgateError
+        )

@@ -36,7 +36,7 @@ def test_a_configuration_is_honoured(tmp_path: Path, gate: str) -> None:
         '<tripinfo-output value="t.xml"/><lateral-resolution value="0.8"/><seed value="9"/>'
         '<time-to-teleport value="300"/></configuration>'
     )
-    given = {"network": str(config), "gate": gate, "vehicles": 20, "fcd": True, "sumo": "--scale 1"}
+    given = {"network": str(config), "gate": gate, "vehicles": 20, "outputs": "fcd", "sumo": "--scale 1"}
     summary = simulate(Scenario.from_dict(given), tmp_path / "run")
     assert summary["seed"] == 9
     assert summary["duration_s"] == pytest.approx(60.0)
@@ -127,3 +127,22 @@ def test_an_option_that_sumo_does_not_know_is_named() -> None:
     grid = str(ROOT / "networks" / "grid5-priority.net.xml")
     with pytest.raises(TrafficError, match="does not take the options --nonsense 2; 'sumo --help' lists all"):
         simulate(Scenario(network=grid, gate="open", loops=3, duration_s=5, sumo="--nonsense 2"))
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_a_later_begin_goes_before_that_of_the_configuration(tmp_path: Path, gate: str) -> None:
+    """The run ends where the configuration ends; what departs before it begins is not there."""
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><route id="r" edges="A0A1 A1A2 A2A3"/><vehicle id="early" route="r" depart="10"/>'
+        '<vehicle id="late" route="r" depart="130"/></routes>'
+    )
+    config = tmp_path / "t.sumocfg"
+    config.write_text(
+        f'<configuration><input><net-file value="{Path("networks/grid5-priority.net.xml").resolve()}"/>'
+        '<route-files value="t.rou.xml"/></input><time><begin value="0"/><end value="300"/></time></configuration>'
+    )
+    scenario = Scenario.from_dict({"network": str(config), "gate": gate, "begin_s": 120.0})
+    made = run(scenario, tmp_path / "run")
+    assert scenario.duration_s == 180.0
+    assert made.summary["begins_s"] == 120.0
+    assert made.vehicles["vehicle"].tolist() == ["late"]

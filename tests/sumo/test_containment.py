@@ -185,7 +185,7 @@ def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
 
 def test_without_a_gate_streets_close_too(tmp_path: Path) -> None:
     """For a baseline: nobody drives in, and the trace has the edges that were driven."""
-    summary = ran(tmp_path, CLOSED, gate="open", vehicles=30, fcd=True, duration_s=700.0)
+    summary = ran(tmp_path, CLOSED, gate="open", vehicles=30, outputs="fcd", duration_s=700.0)
     assert summary["standing"]["closures"] == 2
     assert [one["place"] for one in summary["standing"]["blocked"]] == ["C2C1", "B2C2_0"]
     assert summary["standing"]["led_round"] > 5

@@ -23,7 +23,7 @@ def test_figures_of_fcd_output_are_those_of_the_run(tmp_path: Path) -> None:
     """Distance, time standing, visits and idleness of each street."""
     network = "networks/order2.net.xml"
     scenario = Scenario(
-        network=network, routes="routes/order2.rou.xml", gate="open", duration_s=100, fcd=True
+        network=network, routes="routes/order2.rou.xml", gate="open", duration_s=100, outputs="fcd"
     )
     made = run(scenario, tmp_path / "made")
     read = read_fcd(tmp_path / "made" / "fcd.xml.gz", network, tmp_path / "read")

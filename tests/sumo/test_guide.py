@@ -46,8 +46,8 @@ SHORTER = {
     r"^(loopgate run (?!.*--duration).*)$": r"\1 --duration 60",
     r"^(loopgate run (?!.*watch).* --duration) (?:3|6|36)00": r"\1 60",
     r"^(loopgate run .* --vehicles) (?:300|400)": r"\1 60",
-    r"^(loopgate montecarlo .*) --rounds 10000": r"\1 --rounds 200",
-    r"^(loopgate verify --random) 100": r"\1 10",
+    r"^(loopgate study montecarlo .*) --rounds 10000": r"\1 --rounds 200",
+    r"^(loopgate study verify --random) 100": r"\1 10",
     r"^(python analysis/road_systems.py)$": r"\1 --limit 100 --vehicles 3 -o road-systems.csv",
     r"^(python analysis/certified_study.py) --systems 20000": r"\1 --systems 20 -o certified",
     r"^(python analysis/bench_certified.py)$": r"\1 --robots 8 --moves 20",
@@ -78,7 +78,10 @@ And sweeps in one process besides this one: to start another takes longer than i
 OUTCOMES = {0, 3}
 """Exit codes of commands that do what they say; 3 is a run that locks up, as some are meant to."""
 
-NOT_SAFE = ("loopgate verify --gate cautious.py:Cautious --random 20", "loopgate verify --random 100")
+NOT_SAFE = (
+    "loopgate study verify --gate cautious.py:Cautious --random 20",
+    "loopgate study verify --random 100",
+)
 """Commands that end with 1, since what they find is what the page says."""
 
 

@@ -269,7 +269,7 @@ def test_loops_are_drawn(tmp_path: Path) -> None:
     vehicles = f"""{DRAWN}<routeDistribution id="d"><route {SQUARES[0]}/><route {SQUARES[1]}/>
         </routeDistribution><flow id="f" type="mixed" begin="0" end="40" period="4" route="d"/>"""
     config = configuration(tmp_path, vehicles, "<additional/>")
-    summary = run(tmp_path / "out", config, tripinfo=True)
+    summary = run(tmp_path / "out", config, outputs="tripinfo")
     assert (summary["audit"], summary["loops"]) == ("clean", 2)
     assert set(types_in(tmp_path / "out").values()) == {"slow", "car"}
     vehicles_there = pd.read_parquet(tmp_path / "out" / "vehicles.parquet")

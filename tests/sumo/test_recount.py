@@ -51,7 +51,7 @@ def test_trips_of_a_configuration_beside_others_in_half_steps_with_stops(tmp_pat
         "</configuration>"
     )
     given: dict[str, Any] = {"network": str(config), "routes": str(tmp_path / "own.rou.xml"), "gate": "open"}
-    given |= {"traffic": str(tmp_path / "others.rou.xml"), "fcd": True, "sumo": "--precision 6"}
+    given |= {"traffic": str(tmp_path / "others.rou.xml"), "outputs": "fcd", "sumo": "--precision 6"}
     assert not differing(tmp_path / "run", given)
 
 
@@ -77,7 +77,7 @@ def test_where_a_train_turns_round_only_what_it_drives_counts(tmp_path: Path) ->
         '<vehicle id="x" type="t" route="r" depart="0"/></routes>'
     )
     given = {"network": str(net), "routes": str(routes), "gate": "open", "duration_s": 300.0}
-    given |= {"fcd": True, "sumo": "--precision 6"}
+    given |= {"outputs": "fcd", "sumo": "--precision 6"}
     # Where it turns early it drives less than the length of its loop, so laps cannot be told by distance.
     assert [one for one in differing(tmp_path / "run", given) if "name='laps'" not in one] == []
     summary = json.loads((tmp_path / "run" / "summary.json").read_text())

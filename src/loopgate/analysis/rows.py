@@ -11,12 +11,12 @@ import pandas as pd
 
 from loopgate.analysis.trips import compute_laps
 from loopgate.errors import ResultsError
-from loopgate.reading import read_object, read_toml, refusing
+from loopgate.reading import read_toml, refusing
 from loopgate.results import columns as c
 from loopgate.results.columns import LAP_TIME
 from loopgate.results.figures import closed_at_s
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.table_reading import lacks, maker, read_table
+from loopgate.results.table_reading import lacks, maker, read_summary, read_table
 
 LAP_GRID = np.linspace(0.0, 1.0, 21)
 """Quantiles of the lap times that a row keeps."""
@@ -69,7 +69,7 @@ def read_run_row(folder: Path) -> RunRow:
     these or ``edges.parquet`` cannot be read or lacks a figure or column that the row cannot do without.
     """
     with refusing(folder, "run folder", ResultsError):
-        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
+        summary = read_summary(folder)
         missing = [name for name in _NEEDED if name not in summary]
         made_by = maker(summary)
         if missing:

@@ -1,4 +1,4 @@
-"""``loopgate check-certificate``: check the certificates of decisions."""
+"""``loopgate study check-certificate``: check the certificates of decisions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _LONGEST_KIND = 40
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.pass_context
 def check_certificate(ctx: click.Context, file: Path, *, as_json: bool) -> None:
-    """Check the certificates in FILE, as `loopgate verify --certificates` writes them, without any search.
+    """Check the certificates in FILE, which `loopgate study verify --certificates` wrote, without any search.
 
     Exit code 1 if one does not show what it claims.
     """

@@ -1,4 +1,4 @@
-"""``loopgate explore``: every configuration that is reachable under a gate."""
+"""``loopgate study explore``: every configuration that is reachable under a gate."""
 
 from dataclasses import asdict
 from pathlib import Path

@@ -5,7 +5,7 @@ import io
 import os
 import sys
 from collections.abc import Sequence
-from typing import cast
+from typing import Any, cast
 
 import click
 
@@ -19,12 +19,11 @@ EXIT_UNCLEAN = 4
 EXIT_STARVING = 5
 EXIT_BAD_INPUT = 2
 
-_GROUPS = {
-    "Drive": ("example", "warm-up", "loops", "inspect", "run", "read-fcd", "replay", "sweep", "report"),
-    "Study gates": ("explore", "trace", "montecarlo", "verify", "check-certificate", "paper"),
-    "Aboard": ("vehicle",),
-}
-"""Commands in the order of a first use; each is a function in a module of the same name."""
+_DRIVE = "example", "loops", "inspect", "run", "read-fcd", "replay", "sweep", "report"
+_STUDY = "explore", "trace", "montecarlo", "verify", "check-certificate", "paper", "warm-up"
+_HIDDEN = ("vehicle",)
+"""Commands in the order of a first use; each is a function in a module of the same name. Runs with ``--decide
+processes`` start the hidden command themselves."""
 
 _WHOLE = 500
 """So many letters of a first sentence are shown: all."""
@@ -33,28 +32,48 @@ _WHOLE = 500
 class _LazyGroup(click.Group):
     """Import a command only when it is called, so that ``--help`` is quick."""
 
+    def __init__(self, *args: Any, shown: Sequence[str], hidden: Sequence[str] = (), **more: Any) -> None:  # noqa: ANN401
+        super().__init__(*args, **more)
+        self.shown, self.hides = shown, hidden
+
     def list_commands(self, ctx: click.Context) -> list[str]:
-        del ctx
-        return [name for names in _GROUPS.values() for name in names]
+        return [*self.shown, *super().list_commands(ctx)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in self.list_commands(ctx):
-            return None
+        if cmd_name not in (*self.shown, *self.hides):
+            return super().get_command(ctx, cmd_name)
         name = cmd_name.replace("-", "_")
         return cast("click.Command", getattr(importlib.import_module(f"loopgate.cli.{name}"), name))
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        for title, names in _GROUPS.items():
-            known = [(name, self.get_command(ctx, name)) for name in names]
-            rows = [(name, command.get_short_help_str(_WHOLE)) for name, command in known if command]
-            with formatter.section(title):
-                formatter.write_dl(rows)
+        known = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        rows = [(name, command.get_short_help_str(_WHOLE)) for name, command in known if command]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            if args[0] not in _STUDY:
+                raise
+            msg = f"{error.message} It is a study: loopgate study {args[0]}"
+            raise click.UsageError(msg, ctx) from error
 
 
-@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(
+    cls=_LazyGroup, shown=_DRIVE, hidden=_HIDDEN, context_settings={"help_option_names": ["-h", "--help"]}
+)
 @click.version_option(package_name=DISTRIBUTION, message=f"%(prog)s, version %(version)s, {ledger_words()}")
 def cli() -> None:
     """Vehicles on closed loops in a SUMO road network: no collision; no lock while none stands for good."""
+
+
+@cli.group(cls=_LazyGroup, shown=_STUDY)
+def study() -> None:
+    """Study gates on systems without roads: exhaustive search, certificates, the experiments of the paper."""
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""``loopgate montecarlo``: random rounds under a gate."""
+"""``loopgate study montecarlo``: random rounds under a gate."""
 
 from pathlib import Path
 from time import perf_counter

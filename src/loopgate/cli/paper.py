@@ -1,4 +1,4 @@
-"""``loopgate paper``: Section 5 of Zhou et al. 2020 with our figures beside the printed ones."""
+"""``loopgate study paper``: Section 5 of Zhou et al. 2020 with our figures beside the printed ones."""
 
 from pathlib import Path
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,24 +22,93 @@ if TYPE_CHECKING:
 class GroupedCommand(click.Command):
     """A command whose help lists its options in groups; other options come last, under "Options".
 
+    ``--help`` shows the options that a first run needs, ``--help-all`` all of them.
+
     Parameters
     ----------
     groups
         The parameters of each group in their order, by the title of the group.
+    first
+        The parameters that a first run needs; all if empty.
     """
 
-    def __init__(self, *args: Any, groups: Mapping[str, tuple[str, ...]], **more: Any) -> None:  # noqa: ANN401
+    def __init__(
+        self,
+        *args: Any,  # noqa: ANN401  as click has them
+        groups: Mapping[str, tuple[str, ...]],
+        first: Sequence[str] = (),
+        **more: Any,  # noqa: ANN401
+    ) -> None:
         super().__init__(*args, **more)
-        self.groups = groups
+        self.groups, self.first = groups, first
+        if first:
+            self.params.append(
+                click.Option(
+                    ["--help-all"],
+                    is_flag=True,
+                    is_eager=True,
+                    expose_value=False,
+                    callback=self._help_all,
+                    help="Show all options and exit.",
+                )
+            )
+
+    @staticmethod
+    def _help_all(ctx: click.Context, _param: click.Parameter, wanted: bool) -> None:  # noqa: FBT001  as click calls it
+        if wanted:
+            ctx.meta[HELP_ALL] = True
+            click.echo(ctx.get_help())
+            ctx.exit()
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments; for an unknown option name those that begin with it."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            names = [name for param in self.get_params(ctx) for name in param.opts]
+            longer = [name for name in names if name.startswith(error.option_name)]
+            raise click.NoSuchOption(
+                error.option_name, possibilities=longer or error.possibilities, ctx=ctx
+            ) from error
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the options, group by group."""
         known = {p.name: row for p in self.get_params(ctx) if (row := p.get_help_record(ctx)) is not None}
+        if self.first and HELP_ALL not in ctx.meta:
+            all_of_them = sum(len(names) for names in self.groups.values())
+            last = [row for row in known.values() if "--help" in row[0]]
+            with formatter.section(f"Options ({len(self.first)} of {all_of_them})"):
+                formatter.write_dl([*(known[name] for name in self.first), *last])
+            return
         for title, names in self.groups.items():
             with formatter.section(title):
                 formatter.write_dl([known.pop(name) for name in names])
         with formatter.section("Options"):
             formatter.write_dl(list(known.values()))
+
+
+HELP_ALL = "loopgate.help_all"
+"""Set in the context of a command whose help is to show all options."""
+
+_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+
+
+class _Time(click.ParamType[float]):
+    """A time: seconds, or ``h:m:s`` as in SUMO, or with a unit, as ``10min``."""
+
+    name = "time"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        from loopgate.network.clock import seconds  # needs the room of networks, and help should not
+
+        text = str(value).strip()
+        with suppress(ValueError):
+            return float(text)
+        unit = next((unit for unit in ("min", "h", "s") if text.endswith(unit)), "")
+        try:
+            return seconds(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
+        except ValueError:
+            self.fail(f"{text!r} is no time; write seconds, h:m:s, 10min or 1.5h", param, ctx)
 
 
 OPTIONS = options()
@@ -52,6 +122,8 @@ def scenario_options(command: Command) -> Command:
     for field, said in [pair for group in OPTIONS.values() for pair in group.items()]:
         kind, rule = of_keys[field]
         more: dict[str, Any] = {"type": kind if kind in (int, float) else str, "metavar": said.metavar}
+        if field.endswith("_s"):
+            more["type"] = _Time()
         if rule.words:
             more["type"] = click.Choice(rule.words)
         elif kind is bool:
@@ -66,10 +138,17 @@ GROUPS = {title: tuple(keys) for title, keys in OPTIONS.items()} | {
 }
 """The options by heading, each in the order of use."""
 
+FIRST = (
+    *("routes", "loops", "vehicles", "stops", "traffic", "gate", "lights", "incidents"),
+    *("duration_s", "seed", "out", "overwrite", "gui"),
+)
+"""The options that a first run needs."""
+
 
 @click.command(
     cls=GroupedCommand,
     groups=GROUPS,
+    first=FIRST,
     epilog="""
     \b
     Examples:

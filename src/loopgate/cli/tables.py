@@ -79,4 +79,6 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
     if summary["wall_s"]["gate"] >= _LONG_S and summary["gate"] != "open" and ledger_kind() == "plain":
         to.print(ledger_words(), markup=False)
     if out is not None:
-        to.print(f"results in {out}")
+        to.print(f"results in {out}; next: loopgate report {out}, or loopgate replay {out}", soft_wrap=True)
+    elif "source" not in summary:
+        to.print("nothing was kept; with -o FOLDER the run can be reported, replayed and read in Python")

@@ -1,4 +1,4 @@
-"""``loopgate trace``: a run move by move, with the gate's answers."""
+"""``loopgate study trace``: a run move by move, with the gate's answers."""
 
 from pathlib import Path
 from time import perf_counter

@@ -1,4 +1,4 @@
-"""``loopgate verify``: check whether a gate keeps its promise."""
+"""``loopgate study verify``: check whether a gate keeps its promise."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _SMALL = 5_000
 @click.option(
     "--certificates",
     type=click.Path(path_type=Path, dir_okay=False),
-    help="Write a certificate for each decision, for `loopgate check-certificate`.",
+    help="Write a certificate for each decision, for `loopgate study check-certificate`.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON only.")
 @click.pass_context

@@ -1,4 +1,4 @@
-"""``loopgate warm-up``: compile in advance what covering loops and exploration need."""
+"""``loopgate study warm-up``: compile in advance what covering loops and exploration need."""
 
 from __future__ import annotations
 

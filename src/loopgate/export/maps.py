@@ -18,12 +18,12 @@ from loopgate.export.formats import Features, feature, file_names, geojson, gpx,
 from loopgate.network.loop import Loop
 from loopgate.network.projection import Projection
 from loopgate.network.road import RoadNetwork
-from loopgate.reading import read_object, refusing
+from loopgate.reading import refusing
 from loopgate.replay.scene import DrawnLines, find_lines
 from loopgate.results import columns as c
 from loopgate.results.columns import LONGEST, WAIT, WAITS, Event
-from loopgate.results.table_reading import csv_of, read_table
-from loopgate.simulation.run_folder import LAYOUT, SUMMARY
+from loopgate.results.table_reading import csv_of, read_summary, read_table
+from loopgate.simulation.run_folder import LAYOUT
 
 
 def export_loops(
@@ -347,7 +347,7 @@ def vehicle_day(folder: Path | str, vehicle: str) -> pd.DataFrame:
 
 def _read(folder: Path) -> _Made:
     with refusing(folder, "run folder", ResultsError):
-        summary = read_object(folder / SUMMARY, "summary of a run", ResultsError)
+        summary = read_summary(folder)
         network = RoadNetwork.open(str(summary["network"]))
         projection = Projection.of(network)
 

@@ -25,12 +25,12 @@ from loopgate.errors import LoopgateError, ResultsError
 from loopgate.gates import Reason
 from loopgate.network import RoadNetwork
 from loopgate.network.loop import arc_lengths, cut_curve, gap
-from loopgate.reading import read_object, read_toml, refusing
+from loopgate.reading import read_toml, refusing
 from loopgate.replay.pack import Pack
 from loopgate.replay.tracks import LARGEST_M, MOST_STEPS, PER_M, TURN, Tracks, make_tracks, read_tracks
 from loopgate.results.columns import EVENT, FRONT, FRONTS_PER_M, PLACE, REASON, TIME, VEHICLE, Event
 from loopgate.results.recorder import read_events
-from loopgate.results.table_reading import NO_PARQUET, check_columns
+from loopgate.results.table_reading import NO_PARQUET, check_columns, read_summary
 from loopgate.simulation import run_folder
 
 
@@ -560,7 +560,7 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     report
         Told how much is done, in percent.
     """
-    summary = read_object(folder / run_folder.SUMMARY, "summary of a run", ResultsError)
+    summary = read_summary(folder)
     with refusing(folder, "run folder", ResultsError):
         needed = {name: summary[name] for name in ("network", "gate", "outcome", "vehicles", "duration_s")}
     positions, fronts = folder / run_folder.POSITIONS, folder / run_folder.FRONTS

@@ -43,13 +43,12 @@ from loopgate.analysis import (
 )
 from loopgate.analysis.standing import edge_of
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
-from loopgate.errors import ResultsError
 from loopgate.plots.charts import Chart
 from loopgate.plots.course import CUMULATIVE, OVER_TIME
 from loopgate.plots.style import MAX_SERIES, series_order
-from loopgate.reading import read_object
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES, TRUNCATED
+from loopgate.results.table_reading import read_summary
 from loopgate.runs.results import Results
 from loopgate.runs.run import Run, read_run
 
@@ -547,7 +546,7 @@ def _laps_and_decisions(content: Content) -> None:
 def _blocked_edges(results: Results) -> set[str]:
     """Return the edges that were closed or blocked for a time in runs of which there are folders."""
     folders = list(results.run_folders.values())[:_MOST_FLOWS]
-    summaries = [read_object(folder / "summary.json", "summary of a run", ResultsError) for folder in folders]
+    summaries = [read_summary(folder) for folder in folders]
     return {edge_of(place) for summary in summaries for place in compute_blocked(summary=summary)[c.PLACE]}
 
 

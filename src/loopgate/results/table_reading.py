@@ -15,7 +15,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from loopgate.errors import ResultsError
-from loopgate.reading import listed, refusing
+from loopgate.reading import listed, read_object, refusing
 from loopgate.results import columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.versions import versions
@@ -102,6 +102,18 @@ _NUMBERS -= _TEXTS
 
 _LARGEST = 1e15
 _MOST_NAMES = 4
+
+
+def read_summary(folder: Path) -> dict[str, Any]:
+    """Return the content of a run's ``summary.json``.
+
+    Raises `ResultsError` if the folder is no run folder, or the file cannot be read.
+    """
+    file = folder / "summary.json"
+    if folder.is_dir() and not file.exists():
+        msg = f"{folder}: no run in it (no summary.json); expected the folder that loopgate run -o made"
+        raise ResultsError(msg)
+    return read_object(file, "summary of a run", ResultsError)
 
 
 class Rows(NamedTuple):

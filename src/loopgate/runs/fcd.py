@@ -43,7 +43,7 @@ def read_fcd(
     --------
     >>> from loopgate import Scenario, read_fcd, run
     >>> roads = {"network": "networks/order2.net.xml", "routes": "routes/order2.rou.xml"}
-    >>> made = run(Scenario(**roads, duration_s=60, gate="open", fcd=True), "out/with-fcd")
+    >>> made = run(Scenario(**roads, duration_s=60, gate="open", outputs="fcd"), "out/with-fcd")
     >>> read = read_fcd("out/with-fcd/fcd.xml.gz", roads["network"], "out/read")
     >>> read.summary["outcome"], len(read.vehicles)
     ('done', 5)

@@ -22,13 +22,13 @@ from loopgate.errors import ResultsError
 from loopgate.export import export_run, run_features
 from loopgate.plots import plot_edges, plot_flow, plot_laps, plot_seen_within, plot_unwatched
 from loopgate.plots.charts import Chart, figure_image
-from loopgate.reading import as_path, read_object, read_toml, refusing
+from loopgate.reading import as_path, read_toml, refusing
 from loopgate.replay import Replay, make_replay
 from loopgate.results import columns as c
 from loopgate.results.columns import STRANGE
 from loopgate.results.figures import summary_rows
 from loopgate.results.row_schema import ROW_SCHEMA
-from loopgate.results.table_reading import maker, read_table
+from loopgate.results.table_reading import maker, read_summary, read_table
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,7 +208,7 @@ def read_run(folder: Path | str) -> Run:
     """
     folder = as_path(folder, "run folder", ResultsError)
     with refusing(folder, "run folder", ResultsError):
-        summary = read_object(folder / "summary.json", "summary of a run", ResultsError)
+        summary = read_summary(folder)
         made_by = maker(summary)
         events = read_table(folder / "events.parquet", c.EVENT_COLUMNS[:5], made_by=made_by)
         if c.STAGE not in events:  # there were no stages once

@@ -64,6 +64,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     options = [
         *said.arguments,
         *files,
+        *(("--begin", f"{scenario.begin_s:g}") if scenario.begin_s >= 0.0 and not files else ()),
         *plain_options(scenario, log),
         *output_options(scenario, folder.path, trips=True),
         *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),

@@ -315,7 +315,8 @@ def _input_options(
         renews=not assembly.detours,
         scale=scale,
     )
-    begin = ["--begin", f"{assembly.begin_s:g}"] if assembly.begin_s and not said.configured else []
+    begins = scenario.begin_s >= 0.0 or (assembly.begin_s and not said.configured)
+    begin = ["--begin", f"{assembly.begin_s:g}"] if begins else []
     return [*starts, *routes, *begin]
 
 

@@ -7,7 +7,7 @@ import inspect
 import numbers
 import operator
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from loopgate.gates import check_gate
 from loopgate.negotiation.registry import check_negotiation
 from loopgate.plugins import in_file
 from loopgate.reading import as_path, is_file, is_plain, meant, read_toml, shown
-from loopgate.simulation.sumo_words import own_words
+from loopgate.simulation.sumo_words import OUTPUTS, own_words
 from loopgate.vehicles.air import CENTRAL, AirSettings, read_decide
 
 _LARGEST_AMOUNT = 1e6
@@ -99,6 +99,19 @@ def length_range(most: float) -> Rule:
         return (low, high) if 0.0 < low <= high else _refuse()
 
     return Rule(f"two numbers, shortest and longest, above 0 and up to {most:g}", accept)
+
+
+def some_of(words: Sequence[str]) -> Rule:
+    """Return the rule for some of these words, with commas between or as a list."""
+
+    def accept(value: object) -> str:
+        given = value.split(",") if isinstance(value, str) else value
+        if not isinstance(given, list | tuple):
+            raise TypeError
+        chosen = [str(one).strip() for one in given if str(one).strip()]
+        return ",".join(dict.fromkeys(chosen)) if set(chosen) <= set(words) else _refuse()
+
+    return Rule(f"some of {', '.join(words)}, with commas between", accept)
 
 
 def text() -> Rule:
@@ -196,10 +209,11 @@ def check(scenario: Scenario) -> None:
         )
         raise ScenarioError(msg)
     own = dict(own_words(scenario.sumo))
-    if (scenario.positions or scenario.fcd) and (
-        (scenario.positions and scenario.fcd) or "fcd-output" in own
-    ):
-        msg = "fcd: SUMO writes positions to one file only; give positions (positions.csv.gz) or fcd"
+    twice = [name for name in scenario.wanted_outputs if f"{name}-output" in own]
+    if scenario.positions and ("fcd" in scenario.wanted_outputs or "fcd-output" in own):
+        twice.append("fcd")
+    if twice:
+        msg = f"outputs: SUMO writes {twice[0]} to one file only; ask for it once: positions, outputs or sumo"
         raise ScenarioError(msg)
     if scenario.on_deadlock == "teleport" and scenario.gated:
         msg = "on_deadlock: teleport works with gate open only; no gated vehicle jumps past its gate"
@@ -346,9 +360,13 @@ class Scenario:
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     positions
         Whether SUMO records the position of every vehicle at every step, for the audit.
-    fcd, tripinfo, edgedata
-        Whether SUMO writes these outputs into the run folder: ``fcd.xml.gz``, ``tripinfo.xml``,
-        ``edgedata.xml``.
+    outputs
+        What SUMO writes into the run folder, by the names of SUMO's options: ``fcd,tripinfo`` for
+        ``fcd.xml.gz`` and ``tripinfo.xml``; also edgedata, lanedata, summary, statistic, queue, stop,
+        lanechange, emission and collision.
+    begin_s
+        When the simulation begins [s]; -1: as a configuration says, otherwise when the first trip departs, or
+        at 0.
     duration_s, warmup_s
         Measured simulated time, and the time before it [s].
     seed
@@ -532,14 +550,17 @@ class Scenario:
             "Record the position of every vehicle at every step; the audit then checks crossings and bodies.",
         ),
     ] = False
-    fcd: Annotated[bool, flag(), Option("Output", "SUMO writes fcd.xml.gz into the run folder.")] = False
-    tripinfo: Annotated[bool, flag(), Option("Output", "SUMO writes tripinfo.xml into the run folder.")] = (
-        False
-    )
-    edgedata: Annotated[bool, flag(), Option("Output", "SUMO writes edgedata.xml into the run folder.")] = (
-        False
-    )
+    outputs: Annotated[
+        str,
+        some_of(OUTPUTS),
+        Option("Output", f"SUMO writes these into the run folder: {', '.join(OUTPUTS)}.", "NAME,NAME"),
+    ] = ""
     # SUMO
+    begin_s: Annotated[
+        float,
+        real(-1.0, _LONG_S),
+        Option("SUMO", "When the simulation begins. Default: as the .sumocfg says, or with the first trip."),
+    ] = -1.0
     duration_s: Annotated[float, real(1.0, _LONG_S), Option("SUMO", "Measured simulated time [s].")] = 3600.0
     warmup_s: Annotated[
         float, real(0.0, _LONG_S), Option("SUMO", "Simulated time before the measured time [s].")
@@ -559,6 +580,11 @@ class Scenario:
             msg = "network: missing; give a .net.xml file, a .sumocfg or sumo:NAME"
             raise ScenarioError(msg)
         check(self)
+
+    @property
+    def wanted_outputs(self) -> tuple[str, ...]:
+        """The outputs that SUMO writes into the run folder, by their names in SUMO's options."""
+        return tuple(filter(None, self.outputs.split(",")))
 
     @property
     def by_messages(self) -> AirSettings | None:
@@ -636,7 +662,7 @@ class Scenario:
             if isinstance(values["network"], str) and is_file(values["network"]):
                 from loopgate.simulation.sumo_options import from_configuration  # noqa: PLC0415  reads roads
 
-                values = from_configuration(values["network"]) | values
+                values = from_configuration(values["network"], values.get("begin_s", -1.0)) | values
             return cls(**values)
         except LoopgateError as error:
             msg = f"{source}: {error}"
@@ -711,7 +737,7 @@ def kinds() -> dict[str, tuple[type, Rule]]:
     return {name: (plain[name], rule) for name, rule in _rules().items()}
 
 
-_OPTION = {"who": "gated", "loop_length_m": "length", "step_s": "step-length"}
+_OPTION = {"outputs": "write", "who": "gated", "loop_length_m": "length", "step_s": "step-length"}
 
 
 def option_name(field: str) -> str:

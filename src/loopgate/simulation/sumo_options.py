@@ -167,8 +167,11 @@ def option_of(scenario: Scenario, name: str, default: float) -> float:
     return value
 
 
-def from_configuration(network: str) -> dict[str, object]:
-    """Return the keys of a scenario that a configuration sets: seed, step and duration."""
+def from_configuration(network: str, begins_s: object = -1.0) -> dict[str, object]:
+    """Return the keys of a scenario that a configuration sets: seed, step and duration.
+
+    `begins_s`: when the simulation begins, if the scenario says so [s].
+    """
     if not is_sumo_config(network):
         return {}
     config = read_sumo_config(network)
@@ -180,6 +183,8 @@ def from_configuration(network: str) -> dict[str, object]:
             found["step_s"] = _seconds(config.options["step-length"], config.file)
         end_s = _seconds(config.options.get("end", "-1"), config.file)
         begin_s = _seconds(config.options.get("begin", "0"), config.file)
+        if isinstance(begins_s, int | float) and begins_s >= 0.0:
+            begin_s = float(begins_s)
     except ValueError as error:
         msg = f"{config.file}: seed is {config.options['seed']!r}; expected a whole number"
         raise ScenarioError(msg) from error
@@ -230,10 +235,12 @@ def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
 
 
 def begins_s(scenario: Scenario, file: RoutesFile | None = None) -> float:
-    """Return when the simulation begins [s]: as a configuration says, otherwise at 0.
+    """Return when the simulation begins [s]: as the scenario or its configuration says, otherwise at 0.
 
     Without a configuration, and with vehicles that drive once, it begins when the first of them departs.
     """
+    if scenario.begin_s >= 0.0:
+        return scenario.begin_s
     if not is_sumo_config(scenario.network):
         once = file is not None and any(vehicle.once for vehicle in file.vehicles)
         return float(int(file.first_s)) if file is not None and once else 0.0

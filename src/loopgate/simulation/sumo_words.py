@@ -14,6 +14,12 @@ OWN_OUTPUT = {
 }
 """Options of SUMO's output, with the values by which loopgate can read what SUMO writes for it."""
 
+OUTPUTS = (
+    *("fcd", "tripinfo", "edgedata", "lanedata", "summary", "statistic", "queue", "stop"),
+    *("lanechange", "emission", "collision"),
+)
+"""Outputs of SUMO that a run can write into its folder: SUMO's option is the name with ``-output``."""
+
 _READS = "loopgate reads what SUMO writes"
 
 REPLACED = {
@@ -47,7 +53,7 @@ NEVER = {
     "additional-files": "give them by --stops, or name them in a .sumocfg, and give that as NETWORK",
     "step-length": "see --step-length",
     "seed": "see --seed",
-    "begin": "name it in a .sumocfg, and give that as NETWORK",
+    "begin": "see --begin",
     "tls.all-off": "see --lights",
 }
 """Options that a scenario cannot pass on, and what to do instead."""

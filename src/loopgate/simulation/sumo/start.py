@@ -11,7 +11,7 @@ from typing import Any
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError, ScenarioError, SecondSimulationError, TrafficError
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo_words import OWN_OUTPUT
+from loopgate.simulation.sumo_words import OUTPUTS, OWN_OUTPUT
 from loopgate.traffic.sumo import SumoTraffic
 
 _SPARE_BYTES = 4 << 20
@@ -100,7 +100,7 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
 
 TRIPS = "tripinfo.xml"
 
-_OUTPUTS = {"fcd": "fcd.xml.gz", "tripinfo": TRIPS, "edgedata": "edgedata.xml"}
+_OUTPUTS = {name: f"{name}.xml" for name in OUTPUTS} | {"fcd": "fcd.xml.gz", "tripinfo": TRIPS}
 
 
 def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> list[str]:
@@ -109,7 +109,7 @@ def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> 
     With `trips`, SUMO writes ``tripinfo.xml`` in any case. Names and formats of these files, and the vehicles
     in them, do not follow a configuration of the user (`OWN_OUTPUT`).
     """
-    asked = [name for name in _OUTPUTS if getattr(scenario, name) or (trips and name == "tripinfo")]
+    asked = [name for name in OUTPUTS if name in scenario.wanted_outputs or (trips and name == "tripinfo")]
     options = [part for name in asked for part in (f"--{name}-output", str(folder / _OUTPUTS[name]))]
     if "tripinfo" in asked:
         options.append("--tripinfo-output.write-unfinished")
@@ -119,10 +119,9 @@ def output_options(scenario: Scenario, folder: Path, *, trips: bool = False) -> 
 
 def check_outputs(scenario: Scenario) -> None:
     """Refuse SUMO outputs in a run without a folder; raise `ScenarioError`."""
-    for name in _OUTPUTS:
-        if getattr(scenario, name):
-            msg = f"{name}: it is written into the run folder; give one (-o)"
-            raise ScenarioError(msg)
+    if scenario.outputs:
+        msg = f"outputs {scenario.outputs}: they are written into the run folder; give one (-o)"
+        raise ScenarioError(msg)
 
 
 def start_traffic(
