@@ -139,7 +139,8 @@ def test_a_later_begin_goes_before_that_of_the_configuration(tmp_path: Path, gat
     config = tmp_path / "t.sumocfg"
     config.write_text(
         f'<configuration><input><net-file value="{Path("networks/grid5-priority.net.xml").resolve()}"/>'
-        '<route-files value="t.rou.xml"/></input><time><begin value="0"/><end value="300"/></time></configuration>'
+        '<route-files value="t.rou.xml"/></input><time><begin value="0"/><end value="300"/></time>'
+        "</configuration>"
     )
     scenario = Scenario.from_dict({"network": str(config), "gate": gate, "begin_s": 120.0})
     made = run(scenario, tmp_path / "run")
