@@ -213,16 +213,33 @@ def find_layers(network: RoadNetwork, edges: Sequence[str], vclass: str, *, clos
             )
             break
         for enter in range(len(lanes)):
-            for connection in connections:
-                low, high = sorted((enter, connection.from_lane))
-                if all(vclass in lanes[index].allowed for index in range(low, high + 1)) and _may_change(
-                    lanes, enter, connection.from_lane, vclass
-                ):
-                    shared = sum(lanes[index].two_way for index in range(low, high + 1))
-                    cost = (high - low) + TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
-                    layer.setdefault(enter, []).append((cost, LaneStep(enter, connection)))
+            steps = (_changing(lanes, enter, connection, vclass) for connection in connections)
+            if some := [step for step in steps if step is not None]:
+                layer[enter] = some
         layers.append(layer)
     return layers
+
+
+def _changing(
+    lanes: Sequence[Lane], enter: int, onward: Connection, vclass: str
+) -> tuple[Cost, LaneStep] | None:
+    """Return the step over an edge from the lane entered to the lane left, with its cost; None if closed."""
+    low, high = sorted((enter, onward.from_lane))
+    between = lanes[low : high + 1]
+    if not all(vclass in lane.allowed for lane in between) or not _may_change(
+        lanes, enter, onward.from_lane, vclass
+    ):
+        return None
+    shared = sum(lane.two_way for lane in between)
+    cost = (high - low) + TWO_WAY_LANES * shared, (high - low) / max(lanes[0].length_m, 0.1)
+    return cost, LaneStep(enter, onward)
+
+
+def arriving_on(lanes: Sequence[Lane], index: int, vclass: str) -> Layer:
+    """Return the steps over the last edge of an open route that lead to one lane, for a stop there."""
+    onward = _arrives(lanes[index]).onward
+    steps = ((enter, _changing(lanes, enter, onward, vclass)) for enter in range(len(lanes)))
+    return {enter: [step] for enter, step in steps if step is not None}
 
 
 def _may_change(lanes: Sequence[Lane], enter: int, leave: int, vclass: str) -> bool:

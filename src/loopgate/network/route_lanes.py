@@ -9,6 +9,7 @@ from loopgate.network.lanes import (
     Cost,
     LaneStep,
     Layer,
+    arriving_on,
     check_route,
     find_costs,
     find_layers,
@@ -153,6 +154,9 @@ class RouteChoices:
             check_route(network, edges, vclass=vclass, what=what, closed=False)
             self._layers[key] = find_layers(network, edges, vclass, closed=False)
         layers = [dict(layer) for layer in self._layers[key]]
+        if layers and wishes.stop.get(edges[-1], -1) >= 0:  # it changes lanes for its stop
+            lanes = network.edges[edges[-1]].lanes
+            layers[-1] = arriving_on(lanes, wishes.stop[edges[-1]], vclass) or layers[-1]
         most = max(1, max(load.values(), default=1))
         for edge, layer in zip(edges, layers, strict=True):
             short = network.edges[edge].length_m < change_m

@@ -39,7 +39,7 @@ from loopgate.network.trips import (
     lead_trips,
     one_round,
 )
-from loopgate.network.ungated import UngatedFleet, by_kind, take_ungated
+from loopgate.network.ungated import Ungated, UngatedFleet, by_kind, take_ungated
 from loopgate.network.vehicle_demand import (
     FLOW_ATTRIBUTES,
     Flow,
@@ -336,16 +336,15 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     for source, top in tops:
         found.collect_vehicles(source, top)
     found.refuse_wrong()
-    if not found.routes and ungated.vehicles:
-        whys = by_kind({one.id: one.why for one in ungated.vehicles})
-        told = "; ".join(f"{counted(len(names), 'vehicle')}, first {names[0]}: {why}" for why, names in whys)
-        msg = f"{path}: none of its vehicles is gated: {told}; or --gate open"
-        raise NobodyGatedError(msg)
     if not found.routes:
+        refuse_nobody(path, ungated)
         msg = f"{path}: no routes in it; expected <route> elements whose last edge leads to the first"
         raise RouteError(msg)
     loops = found.make_loops()
     vehicles, at_routes = found.on_loops({loop.id: loop for loop in loops}, path)
+    ungated = found.with_unfit(ungated, own)
+    if not vehicles:
+        refuse_nobody(path, ungated)
     ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
     used = {stop.name for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some}
     return RoutesFile(
@@ -366,6 +365,16 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         ),
         left_out_of_routes=left_out(tops, fleet=False),
     )
+
+
+def refuse_nobody(path: Path, ungated: UngatedFleet) -> None:
+    """Raise `NobodyGatedError` if there are only vehicles that no gate can drive."""
+    if not ungated.vehicles:
+        return
+    whys = by_kind({one.id: one.why for one in ungated.vehicles})
+    told = "; ".join(f"{counted(len(names), 'vehicle')}, first {names[0]}: {why}" for why, names in whys)
+    msg = f"{path}: none of its vehicles is gated: {told}; or --gate open"
+    raise NobodyGatedError(msg)
 
 
 Tops = Sequence[tuple[Path, ET.Element]]
@@ -470,6 +479,8 @@ class _Found:
     """The routes that rerouters let vehicles drive again and again, by name."""
     led_by: dict[str, Led] = field(default_factory=dict)
     """Where rerouters lead vehicles, trips and flows, by name."""
+    unfit_vehicles: list[Ungated] = field(default_factory=list)
+    """The vehicles on open routes whose stops no gate can make."""
     _asked: list[AskedVehicle] = field(default_factory=list)
     _wrong: list[str] = field(default_factory=list)
 
@@ -712,13 +723,28 @@ class _Found:
             for name, route in self.routes.items()
         ]
 
+    def with_unfit(self, ungated: UngatedFleet, own: Tops) -> UngatedFleet:
+        """Return the vehicles that no gate can drive, with those whose stops none can make."""
+        if not self.unfit_vehicles:
+            return ungated
+        demand = ungated.demand or tuple(one for _, top in own for one in top if one.tag not in FLEET)
+        return UngatedFleet((*ungated.vehicles, *self.unfit_vehicles), demand)
+
     def on_loops(
         self, loops: Mapping[str, Loop], path: Path
     ) -> tuple[tuple[VehicleDemand, ...], dict[str, tuple[Stop, ...]]]:
         """Return the vehicles with their loops, and the stops of each loop."""
-        vehicles = tuple(vehicle.on_loops(loops, path) for vehicle in self._asked)
+        vehicles = []
+        for asked in self._asked:
+            try:
+                vehicles.append(asked.on_loops(loops, path))
+            except RouteError as error:
+                if any(loops[way.route].closed for way in asked.ways):
+                    raise
+                why = str(error).removeprefix(f"{path}: vehicle {asked.element.get('id', '')}: ")
+                self.unfit_vehicles.append(Ungated(asked.element, why))
         stopping = (route for route in self.routes.values() if route.stops)
-        return vehicles, {
+        return tuple(vehicles), {
             route.id: on_loop(
                 loops[route.id],
                 stops_of_one_round(route.stops, route.rounds),

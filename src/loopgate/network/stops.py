@@ -351,11 +351,14 @@ def _both(one: Stop, other: Stop, what: str) -> Stop:
 
     Raises `RouteError` if one stop cannot do that: the first has to wait for something besides its duration.
     """
-    only_lasts = replace(one, duration_s=other.duration_s, until_s=other.until_s, arc_m=other.arc_m) == other
-    if one.until_s is not None or one.triggers or not only_lasts:
+    bare = replace(one, duration_s=0.0, until_s=None, arc_m=0.0, told=())
+    if one.triggers or bare != replace(other, duration_s=0.0, until_s=None, arc_m=0.0, told=()):
         msg = f"{what}: it stops twice at {one.name}, each time in another way; make it one stop"
         raise RouteError(msg)
-    return replace(other, duration_s=one.duration_s + other.duration_s)
+    # The first ends no sooner than its own end; only then the second begins to last.
+    ends = [one.until_s + other.duration_s] if one.until_s is not None else []
+    until_s = max([*ends, *([other.until_s] if other.until_s is not None else [])], default=None)
+    return replace(other, duration_s=one.duration_s + other.duration_s, until_s=until_s)
 
 
 def stops_of_one_round(stops: Sequence[Stop], rounds: int) -> tuple[Stop, ...]:

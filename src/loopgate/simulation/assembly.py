@@ -32,6 +32,7 @@ from loopgate.simulation.demand.apart import (
     cannot_stop,
     fitted_stops,
     going_on,
+    moved_stops,
     nobody_gated,
     share_lanes,
     sort_out,
@@ -187,6 +188,10 @@ def assemble(scenario: Scenario) -> Assembly:
             vehicles, later = _as_fit(scenario, network, vehicles, later)
         # The first later vehicle shows the states; no vehicle stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
+    if scenario.gated and scenario.move_stops and abstraction is not None:
+        vehicles, one = moved_stops(vehicles, abstraction)
+        later, other = moved_stops(later, abstraction)
+        warnings = (*warnings, *one, *other)
     unstopping = cannot_stop(later, abstraction) if scenario.gated else {}
     apart |= unstopping
     ordinary += [v for v in later if v.id in unstopping]

@@ -310,6 +310,9 @@ class Scenario:
     stops
         Additional files, separated by commas, with the bus stops and parking areas of the route files. SUMO
         loads all of their content, persons too.
+    move_stops
+        Whether a stop at which a vehicle would be in others' way is moved to the nearest position where it is
+        not. Otherwise the vehicle is ordinary traffic, or refused if it is on a loop.
     traffic
         Route file or ``.sumocfg`` with ordinary vehicles, which drive by SUMO's rules; empty for none. If it
         names the configuration that is the network, the loops are random.
@@ -440,6 +443,11 @@ class Scenario:
     stops: Annotated[
         str, text(), Option("Vehicles", "Additional files with the stops that route files name: FILE,FILE.")
     ] = ""
+    move_stops: Annotated[
+        bool,
+        flag(),
+        Option("Vehicles", "Move stops where vehicles would be in others' way to the nearest position."),
+    ] = False
     traffic: Annotated[
         str,
         text(),

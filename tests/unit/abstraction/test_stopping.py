@@ -6,7 +6,7 @@ import pytest
 from roads import roads
 
 from loopgate.abstraction.queue_layout import lay_out_queues
-from loopgate.abstraction.stopping import fit_stops
+from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import ScenarioError
 from loopgate.network import VehicleType, make_loop
 from loopgate.network.route_lanes import make_route
@@ -67,5 +67,22 @@ def test_a_stop_before_the_place_where_a_trip_begins() -> None:
     late = replace(way, legs=(replace(way.legs[0], begin_m=30.0), *way.legs[1:]))
     stops = on_loop(trip, [Stop("here", "busStop", "a_0", 0.0, 20.0)], "v")
     assert fit_stops(way, BUS, stops, what="v") == stops
-    with pytest.raises(ScenarioError, match=r"before place a_0, in which the trip begins; .* at 42.5 m, or"):
+    with pytest.raises(
+        ScenarioError, match=r"before place a_0, in which the trip begins; .* 22.5 m, to 42.5 m"
+    ):
         fit_stops(late, BUS, stops, what="v")
+
+
+@pytest.mark.parametrize(
+    ("end_m", "lane", "to_m", "by_m"),
+    [(60, "b_0", 59.6, -0.4), (12, "b_0", 12.5, 0.5), (40, "b_1", 40.0, 0.0), (40, "b_0", 40.0, None)],
+)
+def test_a_stop_moves_to_the_nearest_position(
+    end_m: float, lane: str, to_m: float, by_m: float | None
+) -> None:
+    """On a lane of the path, with the metres; one that fits stays."""
+    way = lay_out_queues(NET, [(LOOP, BUS)]).itineraries["r"]
+    stops = on_loop(LOOP, [Stop("here", "busStop", lane, 0.0, end_m)], "v")
+    (stop,), moved = move_stops(way, BUS, stops)
+    assert (stop.lane, round(stop.end_m, 1), stop.name) == ("b_0", to_m, "here")
+    assert {name: round(m, 1) for name, m in moved.items()} == ({} if by_m is None else {"here": by_m})

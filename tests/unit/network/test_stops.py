@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from roads import roads
 
-from loopgate.errors import RouteError
+from loopgate.errors import NobodyGatedError, RouteError
 from loopgate.network import read_loops
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 
@@ -154,7 +154,8 @@ def test_a_trip_stops_twice_at_one_place(tmp_path: Path) -> None:
     for first, second, lasts in (
         ('duration="5"', 'duration="8"', (13.0, None)),
         ('duration="5"', 'until="90"', (5.0, 90.0)),
-        ('until="60"', 'duration="8"', None),
+        ('until="60"', 'duration="8"', (8.0, 68.0)),
+        ('until="60" duration="5"', 'duration="8" until="90"', (13.0, 90.0)),
         ('duration="5"', 'duration="8" parking="true"', None),
     ):
         file.write_text(f"<routes>{text.format(first, second)}</routes>")
@@ -162,7 +163,7 @@ def test_a_trip_stops_twice_at_one_place(tmp_path: Path) -> None:
             (stop,) = read_loops(OPEN, file, once=True).vehicles[0].stops
             assert (stop.duration_s, stop.until_s) == lasts
         else:
-            with pytest.raises(RouteError, match="it stops twice at b_0, each time in another way"):
+            with pytest.raises(NobodyGatedError, match="it stops twice at b_0, each time in another way"):
                 read_loops(OPEN, file, once=True)
 
 

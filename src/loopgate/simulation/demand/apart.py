@@ -14,7 +14,7 @@ from random import Random
 from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
-from loopgate.abstraction.stopping import fit_stops
+from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import NobodyGatedError, Refusal, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
@@ -368,6 +368,23 @@ def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | No
         except ScenarioError as error:
             found[vehicle.id] = str(error).removeprefix(": ")
     return found
+
+
+def moved_stops(
+    vehicles: Sequence[VehicleDemand], abstraction: Abstraction
+) -> tuple[list[VehicleDemand], tuple[str, ...]]:
+    """Return vehicles with their stops moved to where they can be made, and a line that says by how much."""
+    ways = {way.loop.id: way for way in (*abstraction.itineraries, *abstraction.later)}
+    found, every = [], dict[str, float]()
+    for v in vehicles:
+        stops, by_m = v.stops, dict[str, float]()
+        if v.stops and v.loop.id in ways:
+            stops, by_m = move_stops(ways[v.loop.id], v.type, v.stops)
+        every |= by_m
+        found.append(replace(v, stops=stops) if by_m else v)
+    told = ", ".join(f"{name} by {m:+.1f} m" for name, m in list(every.items())[:_MOST_SHOWN])
+    more = f" and {len(every) - _MOST_SHOWN} more" if len(every) > _MOST_SHOWN else ""
+    return found, (f"{counted(len(every), 'stop')} moved: {told}{more}",) if every else ()
 
 
 def fitted_stops(
