@@ -1,8 +1,9 @@
 """The figures of a run counted again from SUMO's own files, beside what the run says of itself.
 
-``make recount`` drives five runs with ``fcd`` and ``tripinfo``: loops under a gate, loops under none that
-lock up and end there, trips under a gate, and the same trips under none, measured from the beginning and
-later. It counts distance, speed, standing, laps, time to deadlock and delay from ``fcd.xml.gz``,
+``make recount`` drives six runs with ``fcd`` and ``tripinfo``: loops under a gate, the same past closures and
+a breakdown, loops under none that lock up and end there, trips under a gate, and the same trips under none,
+measured from the beginning and later. It counts distance, speed, standing, hold time, waits by reason, laps,
+time to deadlock and delay from ``fcd.xml.gz``,
 ``tripinfo.xml``, ``events.parquet`` and the route file alone, and compares them with ``summary.json``,
 ``vehicles.parquet``, ``flow.parquet`` and the row of the run in a table. It shares no code with what it
 judges, and ends with exit code 1 where two figures differ.
@@ -181,6 +182,58 @@ class Run:
             "arrived": float(arrived.sum()),
         }
 
+    def held_s(self) -> float:
+        """Count the time that vehicles stand, by SUMO's speeds, from being held until they are let go [s]."""
+        told = self.events.loc[
+            self.events["event"].isin(("hold", "go")), ["time_s", "vehicle", "event"]
+        ].astype({"vehicle": str, "event": str})
+        standing = self.moves[
+            self.moves["speed"].lt(STANDING_MPS)
+            & self.moves["time_s"].gt(self.begin_s + 1e-6)
+            & self.moves["time_s"].le(self.end_s + 1e-6)
+        ]
+        last = pd.merge_asof(
+            standing.sort_values("time_s").astype({"vehicle": str}),
+            told.sort_values("time_s", kind="stable"),
+            on="time_s",
+            by="vehicle",
+            allow_exact_matches=False,
+        )
+        return float((last["event"] == "hold").sum() * self.step_s)
+
+    def untimely(self) -> int:
+        """Count the refusals for a closed or blocked street at times without closure or breakdown."""
+        file = self.scenario.get("incidents")
+        known = tomllib.loads(Path(file).read_text()) if file else {}
+        told = self.events[self.events["event"] == "refuse"]
+        count = 0
+        for reason, key in (("closed", "closures"), ("blocked", "breakdowns")):
+            at_s = told.loc[told["reason"] == reason, "time_s"]
+            spans = [at_s.between(one["from"], one["to"] + self.step_s) for one in known.get(key, ())]
+            count += int((~pd.concat(spans, axis=1).any(axis=1)).sum()) if spans else len(at_s)
+        return count
+
+    def longest_waits(self) -> dict[str, float]:
+        """Count by reason how long one wait was for it at most [s], step by step along the events."""
+        told = self.events[self.events["event"].isin(("refuse", "grant"))]
+        longest: dict[str, float] = {}
+        for _, rows in told.sort_values("time_s", kind="stable").groupby("vehicle", observed=True):
+            at, now_s, reason = 0, self.begin_s, ""
+            wait: dict[str, float] = {}
+            times, events, reasons = (rows[name].tolist() for name in ("time_s", "event", "reason"))
+            while now_s < self.end_s - 1e-6:
+                while at < len(times) and times[at] <= now_s + 1e-6:
+                    if events[at] == "grant":
+                        wait, reason = {}, ""
+                    else:
+                        reason = str(reasons[at])
+                    at += 1
+                now_s += self.step_s
+                if reason:
+                    wait[reason] = wait.get(reason, 0.0) + self.step_s
+                    longest[reason] = max(longest.get(reason, 0.0), wait[reason])
+        return longest
+
     def deadlock(self) -> dict[str, float]:
         """Count when the first circle closed: when its last vehicle had come to rest."""
         locks = self.summary["deadlocks"]
@@ -251,9 +304,25 @@ def recount(folder: Path) -> list[Figure]:
             for name, value in run.delays().items()
         ]
     else:
-        found.append(Figure("laps", said["laps"], run.laps(), 0.0))
+        if not run.scenario.get("incidents"):  # whoever is led round a street drives laps of another length
+            found.append(Figure("laps", said["laps"], run.laps(), 0.0))
         noted = run.events[run.events["event"].eq("lap") & run.events["time_s"].gt(run.begin_s)]
         found.append(Figure("laps in the trace", said["laps"], len(noted), 0.0))
+    if said["gate"] != "open":
+        found.append(Figure("hold time (s)", said["hold_s"], run.held_s(), run.step_s))
+        waits = run.longest_waits()
+        found.append(
+            Figure("refusals for what stands or is closed, out of its time", 0.0, run.untimely(), 0.0)
+        )
+        found += [
+            Figure(
+                f"longest wait for {reason} (s)",
+                said["longest_waits_s"].get(reason, 0.0),
+                waits.get(reason, 0.0),
+                run.step_s,
+            )
+            for reason in sorted(waits.keys() | said["longest_waits_s"])
+        ]
     for name, value in run.deadlock().items():
         found.append(Figure(f"deadlock, {name}", said["deadlocks"][0][name], value, 10.0))
     return found
@@ -271,6 +340,16 @@ def trips(file: Path, count: int, every_s: float) -> Path:
     return file
 
 
+def incidents(file: Path, duration_s: float) -> Path:
+    """Write two closures and a breakdown in the middle of a run."""
+    begin_s, end_s = duration_s / 6.0, duration_s / 2.0
+    closed = [f'[[closures]]\nedge = "{edge}"\nfrom = {begin_s}\nto = {end_s}\n' for edge in ("C2C3", "B1C1")]
+    broken = f'[[breakdowns]]\nvehicle = "v5"\nfrom = {begin_s}\nto = {end_s}\n'
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text("".join([*closed, broken]), encoding="utf-8")
+    return file
+
+
 def cases(folder: Path, *, duration_s: float = 900.0) -> dict[str, dict[str, Any]]:
     """Return what is run, by name."""
     given = {
@@ -283,6 +362,9 @@ def cases(folder: Path, *, duration_s: float = 900.0) -> dict[str, dict[str, Any
     loops = {"loops": 30, "vehicles": 120}
     return {
         "loops, gated": given | loops | {"gate": "certified", "warmup_s": 60.0},
+        "loops, gated, incidents": given
+        | loops
+        | {"gate": "certified", "incidents": str(incidents(folder / "incidents.toml", duration_s))},
         "loops, truncated": given
         | {"loops": 60, "vehicles": 300, "gate": "open", "duration_s": 2.0 * duration_s},
         "trips, gated": given | {"routes": some, "gate": "certified", "duration_s": duration_s / 3.0},
@@ -295,7 +377,7 @@ def cases(folder: Path, *, duration_s: float = 900.0) -> dict[str, dict[str, Any
 def main() -> None:
     """Run, count again, and print."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folders", nargs="*", type=Path, help="run folders with fcd; none drives the five")
+    parser.add_argument("folders", nargs="*", type=Path, help="run folders with fcd; none drives the six")
     parser.add_argument("--duration", type=float, default=900.0, help="seconds of each run")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "recount", help="folder of the runs")
     options = parser.parse_args()

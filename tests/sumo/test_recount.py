@@ -16,7 +16,14 @@ from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
 
-NAMES = "loops, gated", "loops, truncated", "trips, gated", "trips, open", "trips, open, measured late"
+NAMES = (
+    "loops, gated",
+    "loops, gated, incidents",
+    "loops, truncated",
+    "trips, gated",
+    "trips, open",
+    "trips, open, measured late",
+)
 
 
 def differing(folder: Path, given: dict[str, Any]) -> list[str]:
@@ -28,7 +35,7 @@ def differing(folder: Path, given: dict[str, Any]) -> list[str]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_all_figures_are_those_counted_from_fcd_and_tripinfo(tmp_path: Path, name: str) -> None:
-    """Distance, speed, standing, laps, deadlock and delay, by vehicle, in all, over time and in a table."""
+    """Distance, speed, standing, waits by reason, laps, deadlock and delay, by vehicle and in all."""
     assert not differing(tmp_path / "run", cases(tmp_path, duration_s=450.0)[name])
 
 
