@@ -1,5 +1,6 @@
 """Locks on folders, and temporary folders that are removed when their process ends."""
 
+import fcntl
 import os
 import shutil
 import stat
@@ -7,8 +8,6 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-
-from filelock import FileLock, Timeout
 
 from loopgate.disk import writing
 
@@ -33,26 +32,38 @@ class FolderLock:
 
     def __init__(self, folder: Path, name: str = _LOCK) -> None:
         self._file = folder / name
-        self._lock = FileLock(self._file)
+        self._open = -1
+        """The descriptor of the file that this object has locked, or -1."""
 
     def acquire(self) -> bool:
         """Take the lock; return False if another process has it.
 
         Raises `OSError` if the file cannot be made.
         """
+        descriptor = os.open(self._file, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            self._lock.acquire(timeout=0)
-        except Timeout:
-            return False
-        return True
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Who had it before may have removed the file since it was opened.
+            mine = os.fstat(descriptor).st_ino == self._file.stat().st_ino
+        except (BlockingIOError, FileNotFoundError):
+            mine = False
+        except OSError:
+            os.close(descriptor)
+            raise
+        if mine:
+            self._open = descriptor
+        else:
+            os.close(descriptor)
+        return mine
 
     def release(self) -> None:
         """Release the lock; does nothing if it is not taken."""
-        if self._lock.is_locked:
+        if self._open >= 0:
             # Before the lock goes: afterwards the file may be another's already.
             with suppress(OSError):
                 self._file.unlink()
-            self._lock.release()
+            os.close(self._open)
+            self._open = -1
 
 
 @contextmanager

@@ -113,3 +113,10 @@ def test_each_key_of_a_scenario_has_an_option() -> None:
     """Under one heading; only the network is an argument."""
     told = [key for keys in OPTIONS.values() for key in keys]
     assert sorted(told) == sorted(kinds().keys() - {"network"})
+
+
+def test_a_run_begins_without_what_it_does_not_need() -> None:
+    """Each of these takes a tenth of the time to the first step, and longer where nothing is kept."""
+    heavy = ("networkx", "asyncio", "rich", "matplotlib", "numba", "altair")
+    code = f"import sys, loopgate.simulation.run; print([m for m in {heavy} if m in sys.modules])"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True) == "[]\n"

@@ -43,17 +43,16 @@ def compute_revisit_intervals(*, events: pd.DataFrame, end_s: float, begin_s: fl
     >>> compute_revisit_intervals(events=events, end_s=120)["revisit_s"].tolist()
     [30.0, 60.0]
     """
-    visits = _visits(events, begin_s, end_s)
-    frame = pd.DataFrame(
-        {
-            c.EDGE: visits[c.PLACE],
-            c.BEGIN: visits.groupby(c.PLACE, sort=False)[c.TIME].shift(),
-            c.END: visits[c.TIME],
-        }
-    )
-    frame[c.INTERVAL] = frame[c.END] - frame[c.BEGIN]
-    frame = frame[frame[c.BEGIN].notna() & (frame[c.END] > begin_s)]
-    return frame.reset_index(drop=True)
+    return _intervals(_visits(events, begin_s, end_s), begin_s)
+
+
+def _intervals(visits: pd.DataFrame, begin_s: float) -> pd.DataFrame:
+    """Return the rows of `compute_revisit_intervals`, of visits by edge and time."""
+    edges, times = visits[c.PLACE].to_numpy(), visits[c.TIME].to_numpy()
+    again = edges[1:] == edges[:-1] if len(edges) else np.zeros(0, dtype=bool)
+    within = again & (times[1:] > begin_s)
+    begins, ends = times[:-1][within], times[1:][within]
+    return pd.DataFrame({c.EDGE: edges[1:][within], c.BEGIN: begins, c.END: ends, c.INTERVAL: ends - begins})
 
 
 def compute_revisits(
@@ -101,7 +100,7 @@ def compute_revisits(
     visits = _visits(events, begin_s, end_s)
     wanted = sorted(visits[c.PLACE].unique()) if edges is None else list(dict.fromkeys(edges))
     index = pd.Index(wanted, name=c.EDGE, dtype=object)
-    between = compute_revisit_intervals(events=events, begin_s=begin_s, end_s=end_s)
+    between = _intervals(visits, begin_s)
     intervals = between.groupby(c.EDGE)[c.INTERVAL]
     result = pd.DataFrame(index=index)
     inside = visits[visits[c.TIME] > begin_s]

@@ -201,7 +201,6 @@ def run(
     scenario = _scenario(network, given)
     refuse_too_many(scenario)
 
-    from loopgate.cli.tables import print_summary
     from loopgate.cli.terminal import show_progress  # what follows takes seconds to load
     from loopgate.simulation.run import simulate
 
@@ -225,6 +224,8 @@ def run(
     if as_json:
         print_json(summary, indent=1)
     else:
+        from loopgate.cli.tables import print_summary
+
         print_summary(summary, out)
     return exit_code(summary)
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from loopgate.network.road import RoadNetwork
-
-if TYPE_CHECKING:
-    import networkx as nx
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,21 +40,66 @@ def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tup
 
     O(connections), and the order depends on the network alone.
     """
-    import networkx as nx  # noqa: PLC0415  a fault of input is told before this is loaded
-
-    graph: nx.DiGraph[str] = nx.DiGraph()
+    onward: dict[str, list[str]] = {}
     through: dict[tuple[str, str], float] = {}
     for c in network.connections:
         if not network.allows(c, vclass) or (c.direction == "t" and not u_turns):
             continue
-        graph.add_edge(c.from_edge, c.to_edge)
+        onward.setdefault(c.from_edge, []).append(c.to_edge)
+        onward.setdefault(c.to_edge, [])
         metres = network.over_m(c)
         pair = (c.from_edge, c.to_edge)
         through[pair] = min(metres, through.get(pair, metres))
-    parts = nx.strongly_connected_components(graph) if graph else ()
-    closed = [part for part in parts if len(part) > 1 or any((edge, edge) in through for edge in part)]
+    closed = [
+        part
+        for part in strong_parts(onward)
+        if len(part) > 1 or any((edge, edge) in through for edge in part)
+    ]
     closed.sort(key=lambda part: (len(part), min(part)), reverse=True)
     return tuple(_part(network, part, through) for part in closed)
+
+
+def strong_parts(onward: Mapping[str, Sequence[str]]) -> list[set[str]]:
+    """Return the strongly connected parts of a graph, given the next nodes of each node; O(nodes + edges).
+
+    Tarjan's algorithm (1972) without recursion. Most runs would load networkx for nothing else: a tenth of
+    the time to their first step.
+
+    Examples
+    --------
+    >>> [sorted(part) for part in strong_parts({"a": "b", "b": "ac", "c": ""})]
+    [['c'], ['a', 'b']]
+    """
+    found: dict[str, int] = {}
+    least: dict[str, int] = {}
+    """The first found node of the stack that is known to be reached from each node of the stack."""
+    stack: list[str] = []
+    parts: list[set[str]] = []
+    for root in onward:
+        todo = [] if root in found else [(root, iter(onward[root]))]
+        while todo:
+            node, rest = todo[-1]
+            if node not in found:
+                found[node] = least[node] = len(found)
+                stack.append(node)
+            for other in rest:
+                if other not in found:
+                    todo.append((other, iter(onward[other])))
+                    break
+                if other in least:
+                    least[node] = min(least[node], least[other])
+            else:
+                todo.pop()
+                if least[node] == found[node]:
+                    at = stack.index(node)
+                    parts.append(set(stack[at:]))
+                    for one in stack[at:]:
+                        del least[one]
+                    del stack[at:]
+                elif todo:
+                    before = todo[-1][0]
+                    least[before] = min(least[before], least[node])
+    return parts
 
 
 def _part(network: RoadNetwork, inside: set[str], through: dict[tuple[str, str], float]) -> RoadGraph:
