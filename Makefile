@@ -77,7 +77,7 @@ cost: $(STAMP) ## measure: what the gate costs on top of SUMO's own steps, plain
 bench-replay: $(STAMP) ## measure: frames per second of replays, 400 and 2,000 vehicles (needs Chromium)
 	$(BIN)/python analysis/bench_replay.py
 
-recount: $(STAMP) ## count the figures of five runs again from SUMO's own files: all agree
+recount: $(STAMP) ## count the figures of six runs again from SUMO's own files: all agree
 	$(BIN)/python analysis/recount.py
 
 networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed

@@ -195,8 +195,10 @@ class DeadlockDetector:
             return None
         let_go_s = {vehicle: at_s for vehicle, at_s in self._kept_at.items() if at_s < now}
         stopped_s = {v: float(max(still[v], let_go_s.get(v, still[v]))) for v in new}
-        closed_s, core = _first_closed({v: waits[v] for v in new}, stopped_s)
-        circle = circular_wait(waits, core)
+        # Whoever stood for good before several ways has wanted one of them: from then on it was in.
+        known = {v: [*self._on_road.by_each_way(v), *waits[v]] for v in new}
+        closed_s, core = _first_closed(known, stopped_s)
+        circle = circular_wait(known, core)
         wanted = tuple(places[v] for v in circle)
         lanes = {self._traffic.lane(vehicle)[0] for vehicle in circle}
         came = None

@@ -188,6 +188,19 @@ class RoadWaits:
                 sets += [sorted(around)] if sorted(around) not in sets else []
         return sets
 
+    def by_each_way(self, vehicle: str) -> list[list[str]]:
+        """Return the sets of each single movement of a vehicle of which it is not known where it goes.
+
+        It waits for one of them, if it has stood before all of them for long.
+        """
+        lane, front_m = self._lane.get(vehicle, ("", 0.0))
+        if not lane or self._road.edges_around(vehicle)[1] is not None:
+            return []
+        ways = self._ways(vehicle, lane)
+        if len(ways) < 2 or self._leader(vehicle, lane, front_m):  # noqa: PLR2004
+            return []
+        return [some for way in ways for some in self._over_junction(vehicle, lane, front_m, way)]
+
     def _drifts(self, vehicle: str) -> bool:
         """Return whether a vehicle creeps without a body in its way, at which it would come to rest."""
         if vehicle not in self._drifting:

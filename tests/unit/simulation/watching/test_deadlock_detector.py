@@ -29,6 +29,7 @@ class Standing:
         self.now_s = 0.0
         self.at_m = dict.fromkeys(waits, 0.0)
         self.pausing: set[str] = set()
+        self.ways: dict[str, list[list[str]]] = {}
         self.standing: Collection[str] = ()
         self.restless: AbstractSet[str] = frozenset()
 
@@ -50,6 +51,9 @@ class Standing:
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
         del stood_s
         return [[other] for other in self.waits[vehicle]]
+
+    def by_each_way(self, vehicle: str) -> list[list[str]]:
+        return self.ways.get(vehicle, [])
 
     def cause(self, vehicle: str) -> str:
         return f"cause of {vehicle}"
@@ -161,6 +165,19 @@ def test_the_circle_that_closed_first_is_named_with_its_time() -> None:
             traffic.waits |= {"b": ["a"], "d": ["c"]}
         found += [deadlock] if (deadlock := watch.check()) else []
     assert [(one.closed_at_s, one.vehicles, one.held_up) for one in found] == [(100.0, ("c", "d"), 4)]
+
+
+def test_who_stood_for_good_before_several_ways_was_in_it_from_then_on() -> None:
+    """Positions do not say whether a wants the way where b stands, or that where c came to stand later."""
+    traffic = Standing({"a": ["c"], "b": ["a"], "c": ["a"]})
+    traffic.ways = {"a": [["b"], ["c"]]}
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    found = []
+    while traffic.now_s < LONG_S:
+        traffic.now_s += 10.0
+        traffic.at_m["c"] += 100.0 if traffic.now_s <= 100.0 else 0.0
+        found += [deadlock] if (deadlock := watch.check()) else []
+    assert [(one.closed_at_s, one.noticed_at_s, one.vehicles) for one in found] == [(10.0, 160.0, ("a", "b"))]
 
 
 def test_a_queue_is_no_deadlock() -> None:

@@ -25,7 +25,7 @@ class Scene:
     """Vehicles by name: lane and position [m]; and the edges round them, where they matter."""
 
     at: Mapping[str, tuple[str, float]]
-    edges: Mapping[str, tuple[str, list[str]]] = field(default_factory=dict)
+    edges: Mapping[str, tuple[str, list[str] | None]] = field(default_factory=dict)
     lanes: Sequence[LeadsOn] | None = None
     red: bool = False
 
@@ -112,6 +112,18 @@ def test_inside_a_junction_a_vehicle_waits_for_bodies_on_the_rest_of_its_way(
     edges = {"a": ("B2C2", after), "b": ("B2C2" if beyond else "C3C2", [])}
     scene = Scene({"a": (WAY.via[0], inside_m), "b": other}, edges)
     assert scene.sets() == ([["b"]] if waits else [])
+
+
+def test_each_way_of_a_driver_counts_where_it_is_not_known_which_it_takes() -> None:
+    """Straight on and to the right bodies stand; both have to, as long as it may still move."""
+    at = {"a": HEAD, "b": ("C2D2_0", 6.0), "c": ("C2C1_0", 6.0), "d": ("C2C3_0", 6.0)}
+    scene = Scene(at, {name: ("B2C2", []) for name in "bcd"} | {"a": ("A2B2", None)})
+    assert scene.sets() == [["b", "c", "d"]]
+    waits = RoadWaits(NETWORK, scene)
+    waits.look()
+    assert sorted(waits.by_each_way("a")) == [["b"], ["c"], ["d"]]
+    scene.edges = {"a": ("A2B2", ["C2D2"])}
+    assert waits.by_each_way("a") == []
 
 
 def test_a_queue_waits_for_its_leader_only() -> None:
