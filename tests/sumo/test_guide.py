@@ -28,6 +28,7 @@ NOT_RUN = {
         *("loopgate run some.sumocfg --gate open", "sumo -c some.sumocfg"),
         *("loopgate read-fcd fcd.xml.gz some.sumocfg", "loopgate replay out/mine"),
     ],
+    "stops": ["pip install rtree", "python gtfs2pt.py", "loopgate "],  # the reader's own feed
     "README": ["network + loops", " "],  # a picture
     "sweeps": [
         *("out/first_sweep/", "  "),  # a list of files

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 import pandas as pd
 import pytest
 
-from loopgate.errors import ScenarioError
+from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -365,3 +365,32 @@ def test_trips_that_stop_where_they_begin(first: str, tmp_path: Path) -> None:
     ]
     assert sorted(stopped) == [("far", 10.0), ("near", 5.0), ("off", 5.0)]
     assert any("off: the stop at A0A1_0" in line for line in summary["warnings"])
+
+
+FEED = """<route id="line0" edges="A0A1 A1A2 A2A3 A3A4">
+    <stop busStop="s0" duration="10" until="0"/><stop busStop="s0" duration="10" until="84"/>
+    <stop busStop="s1" arrival="100" duration="10" until="120"/>
+    <stop busStop="s2" duration="10" until="160"/>
+</route>"""
+"""A line as SUMO's gtfs2pt writes it: the first stop twice, `until` since the departure."""
+
+
+def test_buses_as_gtfs2pt_writes_them(tmp_path: Path) -> None:
+    """All can be gated, if stops may move, and wait for their times; else the reason is counted."""
+    places = "".join(
+        f'<busStop id="s{k}" lane="{edge}_0" startPos="{min(end, 60.0) - 13.0}" endPos="{end}" friendlyPos="true"/>'
+        for k, (edge, end) in enumerate((("A0A1", 40.0), ("A1A2", 50.0), ("A3A4", 9999.0)))
+    )
+    buses = "".join(
+        f'<vehicle id="line0.{k}" route="line0" type="bus" depart="{25200 + 300 * k}" line="0"/>'
+        for k in range(3)
+    )
+    files = BUS + FEED + buses, f"<additional>{places}</additional>"
+    moved = run(tmp_path, *files, move_stops=True, duration_s=900.0)
+    assert (moved["arrived"], moved["stops"]["served"], moved["audit"]) == (3, 9, "clean")
+    assert any("1 stop moved: s2 by -" in line for line in moved["warnings"])
+    visits = pd.read_parquet(tmp_path / "run" / "visits.parquet").query("stop == 's0'")
+    assert (visits["due_s"] - visits["came_s"]).gt(0).all()
+    assert visits["went_on_s"].sub(visits["due_s"]).abs().le(1.0).all()
+    with pytest.raises(NobodyGatedError, match=r"2 vehicles, first line0.0: the stop at s2 .*--move-stops"):
+        run(tmp_path, *files)
