@@ -378,7 +378,7 @@ FEED = """<route id="line0" edges="A0A1 A1A2 A2A3 A3A4">
 def test_buses_as_gtfs2pt_writes_them(tmp_path: Path) -> None:
     """All can be gated, if stops may move, and wait for their times; else the reason is counted."""
     places = "".join(
-        f'<busStop id="s{k}" lane="{edge}_0" startPos="{min(end, 60.0) - 13.0}" endPos="{end}" friendlyPos="true"/>'
+        f'<busStop id="s{k}" lane="{edge}_0" startPos="20" endPos="{end}" friendlyPos="true"/>'
         for k, (edge, end) in enumerate((("A0A1", 40.0), ("A1A2", 50.0), ("A3A4", 9999.0)))
     )
     buses = "".join(
