@@ -180,7 +180,9 @@ class Leads:
         while index < len(edges):
             edge = edges[index]
             for one in self._at.get(edge, ()):
-                if one.acts_on(kind, at_s) and (one.share >= 1.0 or rng.random() < one.share):
+                if one.unknown or not one.acts_on(kind, at_s):
+                    continue
+                if one.share >= 1.0 or rng.random() < one.share:
                     edges, index = self._turned(one, edges, index, vclass, rng)
             yield edge, (edges, index)
             index += 1
@@ -275,11 +277,12 @@ def read_leads(
 
 def _rerouters(element: ET.Element, routes: Mapping[str, ET.Element]) -> Iterator[Rerouter]:
     """Yield a rerouter once for each of its intervals in which it leads vehicles another way."""
-    if element.get("off", "false") in {"true", "1"}:
+    if any(element.get(name, "false") in {"true", "1"} for name in ("off", "optional")):
         return
     for interval in element:
         leading = [one for one in interval if one.tag in LEADS]
-        if not leading:
+        by_way = interval.find("viaProbReroute") is not None
+        if not leading and not by_way:
             continue
         on_routes = [one for one in leading if one.tag == "routeProbReroute"]  # SUMO looks at routes first
         every = (_target(one, routes) for one in on_routes or leading)
@@ -290,7 +293,7 @@ def _rerouters(element: ET.Element, routes: Mapping[str, ET.Element]) -> Iterato
             unknown = "it acts on vehicles that have waited long (timeThreshold)"
         if any(one.stops for one in targets):
             unknown = "its routes have stops"
-        if not targets:
+        if not targets and not by_way:
             continue
         yield Rerouter(
             element.get("id", ""),

@@ -160,7 +160,7 @@ _FLEET = ("vehicle", "flow", "trip")
 _ONCE = frozenset(
     {"from", "to", "via", "fromJunction", "toJunction", "viaJunctions", "fromTaz", "toTaz", "repeat"}
     | {"fromXY", "toXY", "viaXY", "fromLonLat", "toLonLat", "viaLonLat"}
-    | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed", "arrival"}
+    | {"departLane", "departSpeed", "arrivalLane", "arrivalPos", "arrivalSpeed"}
 )
 """Further attributes that loopgate reads of vehicles that drive once."""
 

@@ -109,7 +109,14 @@ def _parse(file: Path, what: str, error: type[LoopgateError]) -> ET.Element:
     with _refusing(file, what, error), open_xml(file) as stream:
         top = ET.parse(stream).getroot()  # noqa: S314  expat refuses entities that grow without bounds
         _check_depth(top)
+    if top.tag.startswith("{"):  # SUMO reads names without their namespace
+        for one in top.iter():
+            one.tag = _bare(one.tag)
     return top
+
+
+def _bare(tag: str) -> str:
+    return tag.rpartition("}")[2]
 
 
 def _check_depth(top: ET.Element) -> None:
@@ -147,12 +154,12 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
             msg = f"{file}: the file is empty; expected a SUMO {what} (XML, <{root}>)"
             raise error(msg)
         with open_xml(file) as stream:
-            _, first = next(iter(ET.iterparse(stream, events=("start",))))  # noqa: S314  as above
-        if not _is_root(first.tag, root):
-            is_config = first.tag == _ALSO["configuration"]
-            way_out = _WAYS_OUT.get("configuration" if is_config else first.tag)
+            tag = _bare(next(iter(ET.iterparse(stream, events=("start",))))[1].tag)  # noqa: S314  as above
+        if not _is_root(tag, root):
+            is_config = tag == _ALSO["configuration"]
+            way_out = _WAYS_OUT.get("configuration" if is_config else tag)
             hint = f"; {way_out}" if way_out else ""
-            msg = f"{file}: the root element is <{shown(first.tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
+            msg = f"{file}: the root element is <{shown(tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
             raise error(msg)
 
 

@@ -1,6 +1,6 @@
 """Reads the parts of a run and fits them together before SUMO starts."""
 
-from collections.abc import Collection, Container, Mapping, Sequence
+from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -40,9 +40,15 @@ from loopgate.simulation.demand.apart import (
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import brakes_late, check_types, highest_limits, unforeseen
+from loopgate.simulation.settings import (
+    brakes_late,
+    check_types,
+    highest_limits,
+    unforeseen,
+    with_defaults,
+)
 from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
-from loopgate.simulation.sumo_options import begins_s, option_of
+from loopgate.simulation.sumo_options import all_options, begins_s, option_of
 
 _MOST_LOOPS = 40
 
@@ -281,7 +287,7 @@ def _read_vehicles(
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
         if scenario.gated:
             demand = scaled(file.vehicles, option_of(scenario, "scale", 1.0))
-            file = replace(file, vehicles=tuple(demand))
+            file = replace(file, vehicles=tuple(as_by_default(demand, all_options(scenario))))
         check_number(file, begin_s, end_s)
         mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         mine = going_on(network, mine, end_s, scenario.seed)
@@ -292,6 +298,14 @@ def _read_vehicles(
         for v in give_loops(scenario, network, file)
     ]
     return stopping, file.left_out_of_routes, file
+
+
+def as_by_default(vehicles: Iterable[VehicleDemand], options: Mapping[str, str]) -> Iterator[VehicleDemand]:
+    """Yield vehicles whose types have what SUMO's options say of types that say nothing themselves."""
+    for v in vehicles:
+        types = tuple((with_defaults(kind, options), share) for kind, share in v.types)
+        ways = tuple((one, share) for (way, share) in v.ways for one in as_by_default([way], options))
+        yield replace(v, type=with_defaults(v.type, options), types=types, ways=ways)
 
 
 def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:

@@ -5,11 +5,11 @@
 
 import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from math import inf
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
-from loopgate.network.clock import seconds
 from loopgate.network.vehicle_type import VehicleType
 from loopgate.simulation.braking_trial import why_overruns
 
@@ -57,46 +57,52 @@ _OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
 
 _ROUNDING = 1e-9
 
-_ACTION_OPTION = "default.action-step-length"
-
-_UNDER_NO_GATE = {
+UNDER_NO_GATE = {
     "step-method.ballistic": "vehicles overshoot the lines at which they are held; leave it out",
-    _ACTION_OPTION: "above the step a vehicle takes no orders from a gate in between; leave it out",
-    "default.carfollowmodel": "give it as carFollowModel of a vType, so that the gate knows of it",
+    "mesosim": "no vehicle is on a lane in a mesoscopic run; leave it out",
     "lanechange.duration": "a vehicle is between lanes for a while, which no place describes; leave it out",
     "load-state": "the gate knows nothing of the vehicles in it; leave it out",
     "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
-    "default.speeddev": "give it as speedDev of a vType, so that the gate knows of it",
 }
 """Options of SUMO that no gate can work with: the reason, and the way out."""
+
+_UNKNOWN = "give it as {} of a vType, so that the gate knows of it"
+
+DEFAULTS = {
+    "default.carfollowmodel": _MODEL,
+    "default.action-step-length": _ACTION,
+    "default.speeddev": "speedDev",
+}
+"""Options of SUMO that a vehicle type has where it says nothing itself: its attribute."""
 
 _OFF = frozenset({"", "false", "0", "0.0", "0.00", "off", "no", "x", "-", "-1", "-1.00", "krauss"})
 """Values that switch an option off."""
 
 
-def check_options(read: Callable[[str], str], *, step_s: float, source: str, way_out: str = "") -> None:
+def check_options(read: Callable[[str], str], *, source: str, way_out: str = "", known: bool = True) -> None:
     """Refuse options of SUMO with which a gate cannot keep vehicles apart.
 
     Parameters
     ----------
     read
         Returns the value of an option, empty if it is not set.
-    step_s
-        Length of a simulation step [s].
     source
         Where the options are set, for the message.
     way_out
         Advice on what else can be done, for the message.
+    known
+        Whether the gate knows of the options that hold for vehicle types.
 
     Raises
     ------
     ScenarioError
         If such an option is set; the text names it and the reason.
     """
-    for name, reason in _UNDER_NO_GATE.items():
+    unknown = {} if known else {name: _UNKNOWN.format(kind) for name, kind in DEFAULTS.items()}
+    for name, reason in {**UNDER_NO_GATE, **unknown}.items():
         value = read(name)
-        if is_on(value) and not (name == _ACTION_OPTION and _is_at_most(value, step_s)):
+        if is_on(value):
             msg = f"{source}: {name} {value} does not go with a gate: {reason}"
             raise ScenarioError(f"{msg}, {way_out}" if way_out else msg)
 
@@ -106,11 +112,17 @@ def is_on(value: str) -> bool:
     return value.strip().lower() not in _OFF
 
 
-def _is_at_most(value: str, most: float) -> bool:
-    try:
-        return seconds(value) <= most + _ROUNDING
-    except ValueError:
-        return False
+def with_defaults(kind: VehicleType, options: Mapping[str, str]) -> VehicleType:
+    """Return a vehicle type with what SUMO's options say of types that say nothing themselves."""
+    said = kind.attributes
+    more = {
+        attribute: options[name]
+        for name, attribute in DEFAULTS.items()
+        if is_on(options.get(name, "")) and attribute not in said
+    }
+    if "(" in said.get("speedFactor", ""):  # it has a deviation of its own
+        more.pop("speedDev", None)
+    return replace(kind, attributes={**said, **more}) if more else kind
 
 
 def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, source: str) -> None:

@@ -17,7 +17,7 @@ from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_c
 from loopgate.network.traffic_file import check_flows, flows_in
 from loopgate.network.vehicle_demand import Flow, RoutesFile
 from loopgate.reading import shown
-from loopgate.simulation.settings import check_options, is_on
+from loopgate.simulation.settings import DEFAULTS, check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, OWN_OUTPUT, REPLACED, own_words
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ _KEYS = {"seed": "seed", "step-length": "step_s"}
 
 _OUTPUTS = "fcd-output", "tripinfo-output", "edgedata-output", "output.", "device.fcd."
 
-_QUIET = frozenset(
+QUIET = frozenset(
     {
         "no-step-log",
         "verbose",
@@ -130,17 +130,18 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
     """
     network, traffic, words = scenario.network, scenario.traffic, scenario.sumo
     if scenario.gated:
-        _refuse(dict(own_words(words)), "sumo", scenario.step_s)
+        _refuse(dict(own_words(words)), "sumo")
     config = read_sumo_config(network) if is_sumo_config(network) else None
     beside = _of_traffic(network, traffic)
     if config is None:
         return SumoOptions(tuple(shlex.split(words)), notes=beside)
     if scenario.gated:
-        _refuse(config.options, network, scenario.step_s)
+        _refuse(config.options, network)
         if scenario.routes not in {"", network} and traffic != network:
             _without_vehicles(config)
+    port = ("--remote-port", "0") if is_on(config.options.get("remote-port", "")) else ()
     return SumoOptions(
-        ("--configuration-file", str(config.file), *shlex.split(words)),
+        ("--configuration-file", str(config.file), *port, *shlex.split(words)),
         config.additional_files,
         (*_notes(config, scenario), *beside),
         begin_s=begins_s(scenario),
@@ -148,6 +149,12 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
         source=str(config.file),
         outputs={name: value for name, value in config.options.items() if name.startswith(_OUTPUTS)},
     )
+
+
+def all_options(scenario: Scenario) -> dict[str, str]:
+    """Return the options of SUMO in the scenario's configuration and in the scenario itself, by name."""
+    config = read_sumo_config(scenario.network).options if is_sumo_config(scenario.network) else {}
+    return {**config, **dict(own_words(scenario.sumo))}
 
 
 def option_of(scenario: Scenario, name: str, default: float) -> float:
@@ -158,8 +165,7 @@ def option_of(scenario: Scenario, name: str, default: float) -> float:
     ScenarioError
         If it is no number of at least 0.
     """
-    config = read_sumo_config(scenario.network).options if is_sumo_config(scenario.network) else {}
-    text = dict(own_words(scenario.sumo)).get(name, config.get(name))
+    text = all_options(scenario).get(name)
     value = default if text is None else as_number(text)
     if not 0.0 <= value < inf and value != default:
         msg = f"{scenario.network}: {name} is {shown(text)}; expected a number of at least 0"
@@ -193,9 +199,9 @@ def from_configuration(network: str, begins_s: object = -1.0) -> dict[str, objec
     return found
 
 
-def _refuse(options: Mapping[str, str], source: str, step_s: float) -> None:
-    check_options(lambda name: options.get(name, ""), step_s=step_s, source=source, way_out="or --gate open")
-    for name in ("random", "remote-port"):
+def _refuse(options: Mapping[str, str], source: str) -> None:
+    check_options(lambda name: options.get(name, ""), source=source, way_out="or --gate open")
+    for name in ("random",):
         if is_on(options.get(name, "")):
             msg = f"{source}: {name} {options[name]} does not go with a gate: {NEVER[name]}; or --gate open"
             raise ScenarioError(msg)
@@ -212,12 +218,45 @@ def _without_vehicles(config: SumoConfig) -> None:
                 raise ScenarioError(msg)
 
 
+_SAME = {"collision.action": "warn", "collision.check-junctions": "true", "no-warnings": "true"}
+"""What the run sets itself: a configuration that says the same is not told otherwise."""
+
+HONOURED = {
+    **dict.fromkeys(("net-file", "route-files", "additional-files"), "loopgate reads them"),
+    **dict.fromkeys(("begin", "seed", "step-length"), "the run has them"),
+    "end": "the duration of a run, unless `--duration` says another",
+    "scale": "multiplies gated vehicles too",
+    "max-num-vehicles": "gated vehicles count, and wait to depart",
+    **dict.fromkeys(DEFAULTS, "of vehicle types that say nothing themselves, as a gate must know"),
+    "device.rerouting.probability": "loopgate reroutes gated trips itself",
+    "device.rerouting.period": "loopgate reroutes gated trips itself",
+    "device.rerouting.threshold.factor": "loopgate reroutes gated trips itself",
+    "device.rerouting.threshold.constant": "loopgate reroutes gated trips itself",
+}
+"""Options of SUMO that loopgate reads, and what it does with them."""
+
+_AT_DEPARTURE = "gated vehicles depart where and when the gate lets them; it holds for ordinary vehicles"
+
+UNDER_GATE = {
+    **dict.fromkeys(("default.departspeed", "default.departlane"), _AT_DEPARTURE),
+    **dict.fromkeys(("max-depart-delay", "random-depart-offset", "extrapolate-departpos"), _AT_DEPARTURE),
+    **dict.fromkeys(("insertion-checks", "eager-insert", "sloppy-insert", "emergency-insert"), _AT_DEPARTURE),
+}
+"""Options that have no effect on gated vehicles, and why."""
+
+
 def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
+    if is_on(port := config.options.get("remote-port", "")):
+        yield f"{config.file}: remote-port {port} is not taken over: {NEVER['remote-port']}"
+    for name in (name for name in UNDER_GATE if scenario.gated and is_on(config.options.get(name, ""))):
+        yield f"{config.file}: {name} {config.options[name]}: {UNDER_GATE[name]}"
     for name, why in REPLACED.items():
         said = config.options.get(name, OWN_OUTPUT.get(name))
+        if said == _SAME.get(name, ""):
+            continue
         if name.startswith("time-to-teleport") and not is_on(said or ""):
             continue
-        if said != OWN_OUTPUT.get(name) and name not in _QUIET:
+        if said != OWN_OUTPUT.get(name) and name not in QUIET:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():
         said = config.options.get(name)
@@ -228,7 +267,7 @@ def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
 def _of_traffic(network: str, traffic: str) -> tuple[str, ...]:
     if not is_sumo_config(traffic) or traffic == network:
         return ()
-    said = [name for name in read_sumo_config(traffic).options if name not in _QUIET]
+    said = [name for name in read_sumo_config(traffic).options if name not in QUIET]
     if not said:
         return ()
     return (f"{traffic}: only its vehicles and additional files are taken, not {', '.join(said)}",)

@@ -44,9 +44,8 @@ def test_all_else_is_passed_on(tmp_path: Path) -> None:
     ("option", "reason"),
     [
         ("step-method.ballistic=true", "overshoot"),
-        ("default.action-step-length=2", "orders"),
+        ("mesosim=true", "mesoscopic"),
         ("lanechange.duration=3", "between lanes"),
-        ("default.speeddev=0.5", "speedDev"),
         ("random=true", "--seed"),
         ("device.bluelight.probability=0.1", "make room"),
     ],

@@ -104,4 +104,4 @@ def _check_settings(running: RunningSumo) -> None:
             "drive into each other"
         )
         raise ScenarioError(msg)
-    check_options(running.setting, step_s=step_s, source="the running simulation")
+    check_options(running.setting, source="the running simulation", known=False)

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
-from loopgate.network.circling import LEADS, words
+from loopgate.network.circling import words
 from loopgate.network.clock import seconds
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE
@@ -43,7 +43,11 @@ def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
 
 def has_leads(file: Path) -> bool:
     """Return whether an additional file has rerouters that lead vehicles another way."""
-    return any(next(_inside(one, LEADS), None) is not None for one in read_additional(file).iter("rerouter"))
+    return any(_leads(one) for one in read_additional(file).iter("rerouter"))
+
+
+def _leads(rerouter: ET.Element) -> bool:
+    return any(one.tag.endswith("Reroute") and one.tag not in _CLOSES for one in rerouter.iter())
 
 
 def for_others(element: ET.Element, types: Collection[str]) -> bool:
@@ -51,7 +55,7 @@ def for_others(element: ET.Element, types: Collection[str]) -> bool:
 
     Gated vehicles drive the way on which rerouters lead them, or their loop: no rerouter may act on them.
     """
-    if next(_inside(element, LEADS), None) is None:
+    if not _leads(element):
         return True
     own = words(element, "vTypes")
     left = [kind for kind in own or sorted(types) if kind in types]

@@ -60,6 +60,7 @@ def test_what_is_for_others_is_taken(tmp_path: Path, text: str) -> None:
         ('edges="a"><i><routeProbReroute id="lap"/></i>', "car truck"),
         ('edges="a" vTypes="car bus"><i><destProbReroute id="b"/></i>', "car"),
         ('edges="a" vTypes="bus"><i><destProbReroute id="b"/></i>', ""),
+        ('edges="a"><i><viaProbReroute id="b"/></i>', "car truck"),
         ('edges="a"><i><closingReroute id="b"/></i>', None),
     ],
 )
