@@ -78,7 +78,7 @@ def test_own_words_that_are_the_runs_to_say(words: str, reason: str) -> None:
 
 def test_positions_are_the_only_floating_car_data() -> None:
     """SUMO writes these to one file only."""
-    for other in ({"fcd": True}, {"sumo": "--fcd-output f.xml"}):
+    for other in ({"outputs": "fcd"}, {"sumo": "--fcd-output f.xml"}):
         with pytest.raises(ScenarioError, match="one file only"):
             Scenario.from_dict({"network": "sumo:DRT", "positions": True, **other})
 
