@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -12,10 +12,7 @@ from loopgate.abstraction.itinerary import Abstraction, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
-from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
-from loopgate.control.ordinary import traffic as among
-from loopgate.control.refusal import Rule
 from loopgate.control.rules import sensed
 from loopgate.control.spacing import Ring, Spacing
 from loopgate.errors import ScenarioError
@@ -29,14 +26,13 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures, GatedDepartures, UngatedDepartures, alone
 from loopgate.simulation.drive import Drive
+from loopgate.simulation.ground import Ground
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.scenario import SERVE_AFTER_S, Scenario
-from loopgate.simulation.session import Reports, Session, StopFigures
+from loopgate.simulation.session import Session, StopFigures
 from loopgate.simulation.sumo_options import option_of
-from loopgate.simulation.surroundings.laid_roads import LaidRoads
-from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.simulation.ungated_closures import UngatedClosures
 from loopgate.traffic.base import Traffic
 
@@ -123,24 +119,12 @@ def spacing_of(scenario: Scenario, assembly: Assembly, traffic: Traffic) -> Spac
     return Spacing(traffic, rings, advises=scenario.rule_for_spacing == "advice")
 
 
-class _Surroundings:
-    """Collects the figures of lights and ordinary traffic."""
-
-    def __init__(self, *every: Reports) -> None:
-        self._every = every
-
-    def report(self) -> dict[str, Any]:
-        """Return the figures for ``summary.json``."""
-        return {name: figure for one in self._every for name, figure in one.report().items()}
-
-
 @dataclass(frozen=True, slots=True)
 class Laid:
-    """The parts that drive the vehicles of a scenario; `roads` is None without ordinary traffic."""
+    """The parts that drive the vehicles of a scenario."""
 
     driving: Driving
-    surroundings: Reports
-    roads: LaidRoads | None
+    ground: Ground
     asked: AskedGate | None
     by_messages: ByMessages | None = None
 
@@ -160,15 +144,15 @@ def make_driving(
     """
     abstraction = cast("Abstraction", assembly.abstraction)
     tracks = [*assembly.tracks, *assembly.later_tracks]
-    drawn = list({id(track.legs): track.legs for track in tracks}.values())
-    lamps = Lamps(traffic)
-    signals = signals_in(assembly.network, lamps) if scenario.rule_for_lights == "obey" else {}
-    roads = None
-    if scenario.traffic or assembly.others:
-        roads = LaidRoads(assembly.network, traffic, lamps.__getitem__)
+    ground = Ground(
+        assembly.network,
+        traffic,
+        obeys=scenario.rule_for_lights == "obey",
+        others=bool(scenario.traffic or assembly.others),
+    )
+    ground.itineraries = [*abstraction.itineraries, *abstraction.later]
     spacing = spacing_of(scenario, assembly, traffic)
-    outside: list[Rule] = [spacing.holds] if spacing else []
-    outside += [among(roads.sight, roads.slack)] if roads else []
+    outside = [*([spacing.holds] if spacing else []), *ground.rules]
     deciding, air, by_messages = None, scenario.by_messages, None
     if air is not None:
         from loopgate.simulation.by_messages.answering import (  # noqa: PLC0415  most runs do without it
@@ -180,28 +164,13 @@ def make_driving(
         by_messages = let_vehicles_decide(air, scenario.seed, ledger, abstraction, gate)
     else:
         deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
-        ledger = deciding.ledger(outside, step_s=scenario.step_s, lit=bool(signals), everybody=everybody)
+        ledger = deciding.ledger(outside, step_s=scenario.step_s, lit=ground.is_lit, everybody=everybody)
         asked = deciding.asked
-    driving = Driving(
-        traffic,
-        PlaceLayout(slots_of(assembly), drawn, signals, roads.add if roads else None),
-        ledger,
-        sight=roads.sight if roads else None,
-        stops=_made_stops(assembly, ledger),
-        has_room=roads.has_room if roads else lambda _: True,
-        spacing=spacing,
-    )
+    layout = ground.layout(slots_of(assembly), [track.legs for track in tracks])
+    driving = ground.driving(ledger, layout, _made_stops(assembly, ledger), spacing)
     if deciding is not None:
         deciding.know(driving.paths.places)
-    lights = ObeyedLights(
-        lamps,
-        signals,
-        [*abstraction.itineraries, *abstraction.later],
-        driving.lights,
-        obeys=scenario.rule_for_lights == "obey",
-    )
-    surroundings = _Surroundings(lights, *([roads] if roads else []))
-    return Laid(driving, surroundings, roads, asked, by_messages)
+    return Laid(driving, ground, asked, by_messages)
 
 
 def _admits(scenario: Scenario, gate: Gate, laid: Laid, there: int) -> Callable[[Track], bool] | None:
@@ -226,7 +195,7 @@ def open_gated(
 ) -> Session:
     """Return a session in which the ledger drives gated vehicles; call `check` first."""
     laid = make_driving(scenario, assembly, traffic, gate, negotiation)
-    driving, slack = laid.driving, laid.roads.slack if laid.roads else None
+    driving, slack = laid.driving, laid.ground.slack
     driving.paths.lay(assembly.tracks)
     drive = Drive(traffic, recorder, driving, assembly.tracks, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
@@ -260,7 +229,7 @@ def open_gated(
         drive,
         recorder,
         drive,
-        laid.surroundings,
+        laid.ground,
         stops,
         departures,
         rerouting,
@@ -273,13 +242,10 @@ def open_gated(
 
 def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recorder: Recorder) -> Session:
     """Return a session in which no vehicle asks for grants: SUMO's right of way decides."""
-    driving = Driving(
-        traffic,
-        PlaceLayout(dict.fromkeys(assembly.names, NEVER_FULL), []),
-        Ledger([], step_s=scenario.step_s),
-        stops=assembly.stops,
-        spacing=spacing_of(scenario, assembly, traffic),
-    )
+    ground = Ground(assembly.network, traffic, obeys=False, others=False)
+    layout = ground.layout(dict.fromkeys(assembly.names, NEVER_FULL))
+    spacing = spacing_of(scenario, assembly, traffic)
+    driving = ground.driving(Ledger([], step_s=scenario.step_s), layout, assembly.stops, spacing)
     tracks = [alone(track) for track in assembly.tracks]
     drive = Drive(traffic, recorder, driving, tracks, None)
     leading = Leading(traffic, driving, tracks)

@@ -6,11 +6,8 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from loopgate.abstraction.itinerary import Itinerary, Track
+from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
-from loopgate.control.driving import Driving
-from loopgate.control.layout import PlaceLayout
-from loopgate.control.ordinary import traffic as among
 from loopgate.control.parking import mend_order
 from loopgate.control.places import Vehicle
 from loopgate.errors import GateError
@@ -22,10 +19,9 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation.asked_gate import Deciding, start_with
 from loopgate.simulation.attaching.plan import Plan
 from loopgate.simulation.drive import Drive
+from loopgate.simulation.ground import Ground
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.scenario import SERVE_AFTER_S
-from loopgate.simulation.surroundings.laid_roads import LaidRoads
-from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
 from loopgate.traffic.base import Traffic
 
 
@@ -57,27 +53,18 @@ class Fleet:
         obeys: bool,
     ) -> None:
         self._traffic, self._gate = traffic, gate
-        self._lamps = Lamps(traffic)
-        self._signals = signals_in(network, self._lamps) if obeys else {}
-        self._roads = roads = LaidRoads(network, traffic, self._lamps.__getitem__)
+        self._ground = ground = Ground(network, traffic, obeys=obeys, others=True)
         self._deciding = deciding = Deciding(None, None, negotiation, SERVE_AFTER_S)
-        ledger = deciding.ledger([among(roads.sight, roads.slack)], step_s=traffic.step_s)
-        self._driving = Driving(
-            traffic,
-            PlaceLayout({}, [], self._signals, roads.add),
-            ledger,
-            sight=roads.sight,
-            has_room=roads.has_room,
-        )
+        ledger = deciding.ledger(ground.rules, step_s=traffic.step_s, lit=ground.is_lit)
+        self._driving = ground.driving(ledger, ground.layout({}))
         self._driving.is_courteous = False
         self._ledger = ledger
-        self.drive = Drive(traffic, recorder, self._driving, (), None, roads.slack, deciding.asked)
+        self.drive = Drive(traffic, recorder, self._driving, (), None, ground.slack, deciding.asked)
         self.leads = Leading(traffic, self._driving, ())
         self.changes = 0
         """How often vehicles joined or left."""
         self.on_leaving: Callable[[Diary], None] = lambda _: None
         """Called with the diary of each vehicle that leaves."""
-        self._itineraries: Sequence[Itinerary] = ()
 
     def __contains__(self, vehicle: object) -> bool:
         return vehicle in self._ledger.vehicles
@@ -99,21 +86,16 @@ class Fleet:
 
     def report(self) -> dict[str, Any]:
         """Return the figures of lights and ordinary traffic."""
-        lights = ObeyedLights(
-            self._lamps, self._signals, self._itineraries, self._driving.lights, obeys=bool(self._signals)
-        )
-        return {**lights.report(), **self._roads.report()}
+        return self._ground.report()
 
     def drive_by(self, plan: Plan) -> None:
         """Use a plan for all vehicles, present and later."""
-        self._itineraries, room = plan.itineraries, plan.room
+        self._ground.itineraries, room = plan.itineraries, plan.room
         legs = {track.loop: track.legs for track in plan.tracks}
         if self._ledger.vehicles:
             self._driving.paths.lay_more(room, legs, self._driving.diaries)
         else:
-            self._driving.paths.lay_anew(
-                PlaceLayout(room, list(legs.values()), self._signals, self._roads.add)
-            )
+            self._driving.paths.lay_anew(self._ground.layout(room, legs.values()))
             self._deciding.know(self._driving.paths.places)
 
     def take_in(self, tracks: Sequence[Track], *, beyond: int = 0) -> bool:

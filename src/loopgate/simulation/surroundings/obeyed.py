@@ -125,19 +125,15 @@ class ObeyedLights:
         signals: Mapping[str, Signal],
         itineraries: Iterable[Itinerary],
         lights: Lights,
-        *,
-        obeys: bool,
     ) -> None:
-        self._obeys, self._shown = obeys, ShownLights(lamps.program)
+        self._shown = ShownLights(lamps.program)
         by_movement = {name: (one.lamp.name, one.link) for name, one in signals.items()}
         self._shown.plan(itineraries, by_movement)
         self._lights = lights
 
     def report(self) -> dict[str, Any]:
-        """Return figures and warnings for ``summary.json``; nothing if lights are not obeyed."""
+        """Return figures and warnings for ``summary.json``."""
         lights = self._lights
-        if not self._obeys:
-            return {}
         longest_s, over = lights.longest()
         at = over.movement.name if over else ""
         figures = self._shown.figures(

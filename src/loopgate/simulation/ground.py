@@ -1,0 +1,85 @@
+"""The ground on which a drive is built, in runs and attached gates alike: lights, other traffic, places."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
+from loopgate.control.driving import Driving
+from loopgate.control.layout import PlaceLayout
+from loopgate.control.ledger import Ledger
+from loopgate.control.ordinary import traffic as among
+from loopgate.control.refusal import Rule
+from loopgate.control.slack import Slack
+from loopgate.control.spacing import Spacing
+from loopgate.network import RoadNetwork
+from loopgate.network.stops import Stop
+from loopgate.simulation.surroundings.laid_roads import LaidRoads
+from loopgate.simulation.surroundings.obeyed import Lamps, ObeyedLights, signals_in
+from loopgate.traffic.base import Traffic
+
+
+class Ground:
+    """The roads of a simulation as gated vehicles meet them.
+
+    Parameters
+    ----------
+    network, traffic
+        The roads, and the running simulation.
+    obeys
+        Whether vehicles wait at red lights.
+    others
+        Whether there may be ordinary vehicles.
+    """
+
+    def __init__(self, network: RoadNetwork, traffic: Traffic, *, obeys: bool, others: bool) -> None:
+        self._traffic, self._obeys = traffic, obeys
+        self._driving: Driving | None = None
+        self.itineraries: Sequence[Itinerary] = ()
+        """The paths of the vehicles, for what is reported of lights."""
+        self._lamps = Lamps(traffic)
+        self._signals = signals_in(network, self._lamps) if obeys else {}
+        self._roads = LaidRoads(network, traffic, self._lamps.__getitem__) if others else None
+
+    @property
+    def is_lit(self) -> bool:
+        """Whether some light is to be obeyed."""
+        return bool(self._signals)
+
+    @property
+    def slack(self) -> Slack | None:
+        """The room that ordinary vehicles leave; None without such vehicles."""
+        return self._roads.slack if self._roads else None
+
+    @property
+    def rules(self) -> list[Rule]:
+        """The rules about ordinary vehicles."""
+        return [among(self._roads.sight, self._roads.slack)] if self._roads else []
+
+    def layout(self, slots: Mapping[str, int], legs: Iterable[Sequence[DrawnLeg]] = ()) -> PlaceLayout:
+        """Return the layout of places with so many slots, and of the paths over them."""
+        every = list({id(path): path for path in legs}.values())
+        return PlaceLayout(slots, every, self._signals, self._roads.add if self._roads else None)
+
+    def driving(
+        self,
+        ledger: Ledger,
+        layout: PlaceLayout,
+        stops: Mapping[str, Sequence[Stop]] = MappingProxyType({}),
+        spacing: Spacing | None = None,
+    ) -> Driving:
+        """Return what drives vehicles here under the rules of a ledger, still without vehicles."""
+        roads = self._roads
+        room: Callable[[Any], bool] = roads.has_room if roads else lambda _: True
+        sight = roads.sight if roads else None
+        self._driving = Driving(self._traffic, layout, ledger, sight, stops, room, spacing)
+        return self._driving
+
+    def report(self) -> dict[str, Any]:
+        """Return the figures of lights and ordinary traffic for ``summary.json``."""
+        told: dict[str, Any] = {}
+        if self._obeys and self._driving is not None:
+            told |= ObeyedLights(self._lamps, self._signals, self.itineraries, self._driving.lights).report()
+        return told | (self._roads.report() if self._roads else {})
