@@ -74,12 +74,12 @@ def _back_lets_in(post: posts.Post, probe: Probe) -> posts.Answer:
     return posts._let_in(post) if posts._awaits(post, probe.number) else (post, [])
 
 
-def _left_while_there(vehicle: cars.Vehicle, grant: Grant) -> cars.Answer:
+def _left_while_there(vehicle: cars.AskingVehicle, grant: Grant) -> cars.Answer:
     after, out = GRANTED(vehicle, grant)
     return after, [*out, Left(vehicle.place, vehicle.id, vehicle.inside)] if len(out) > 1 else out
 
 
-def _keeps_the_grant(vehicle: cars.Vehicle, grant: Grant) -> cars.Answer:
+def _keeps_the_grant(vehicle: cars.AskingVehicle, grant: Grant) -> cars.Answer:
     return replace(vehicle, number=grant.number), []
 
 

@@ -79,7 +79,7 @@ class NobodyGatedError(ScenarioError):
     """A scenario in which no vehicle can be gated; it can run under the gate ``open``."""
 
 
-class Refusal(NamedTuple):
+class LoopRefusal(NamedTuple):
     """The reason why an abstraction cannot work with a loop."""
 
     reason: str
@@ -99,7 +99,7 @@ class RefusedLoopError(ScenarioError):
         The reasons by the names of the loops; the message lists all.
     """
 
-    def __init__(self, refused: Mapping[str, Refusal]) -> None:
+    def __init__(self, refused: Mapping[str, LoopRefusal]) -> None:
         self.loop = next(iter(refused))
         every = "; ".join(f"loop {name} {why.reason}" for name, why in refused.items())
         super().__init__(f"abstraction queues: {every}")

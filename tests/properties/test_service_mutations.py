@@ -13,7 +13,7 @@ from loopgate.control import keeping, rules
 from loopgate.control.chain import full_before
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import Vehicle
-from loopgate.control.pressure import Pressure
+from loopgate.control.pressure import PressureOrder
 from loopgate.control.refusal import Refusal
 from loopgate.simulation.asked_gate import Negotiated
 
@@ -86,7 +86,7 @@ def _as_it_says(self: Any, vehicles: list[Vehicle], now_s: float) -> list[Vehicl
     return [ready[request] for request in self._negotiation.order(list(ready), self, now_s)]
 
 
-def _reserved(self: Pressure, vehicle: Vehicle, now_s: float) -> bool:
+def _reserved(self: PressureOrder, vehicle: Vehicle, now_s: float) -> bool:
     """Hold movers as all others."""
     before, vehicle.mover = vehicle.mover, False
     goes = GOES(self, vehicle, now_s)
@@ -94,7 +94,7 @@ def _reserved(self: Pressure, vehicle: Vehicle, now_s: float) -> bool:
     return goes
 
 
-GOES: Final = Pressure._goes
+GOES: Final = PressureOrder._goes
 
 MUTATIONS: Final[dict[str, Patch]] = {
     "nothing": _put(keeping, "GIVES_WAY_S", keeping.GIVES_WAY_S),
@@ -113,7 +113,7 @@ MUTATIONS: Final[dict[str, Patch]] = {
     "ways are free again": _afterwards(_free_ways),
     "no way is kept through red": _put(keeping, "_THROUGH_RED_S", inf),
     "every way is kept through red": _put(keeping, "_THROUGH_RED_S", 0.0),
-    "the reserve holds movers": _put(Pressure, "_goes", _reserved),
+    "the reserve holds movers": _put(PressureOrder, "_goes", _reserved),
     "the negotiation holds movers": _put(Negotiated, "order", _as_it_says),
     "there are no movers": _afterwards(_no_movers),
 }

@@ -33,7 +33,7 @@ from loopgate.vehicles.messages import (
     Why,
 )
 from loopgate.vehicles.post import Entry, Post
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 SYSTEMS = 100
 
@@ -220,7 +220,7 @@ def test_words_that_come_late_change_nothing() -> None:
 
 def test_a_grant_given_back_does_not_free_the_slot_of_a_rear_still_there() -> None:
     """On two places: the vehicle wants back the place that its rear has not left. Random system 1816."""
-    car, _ = cars.granted(Vehicle(1, (3, 7)), Grant(1, 1, 7))
+    car, _ = cars.granted(AskingVehicle(1, (3, 7)), Grant(1, 1, 7))
     car, out = cars.give_back(car, Grant(1, 2, 3))
     assert out == []
     car, out = cars.rear_out(car)

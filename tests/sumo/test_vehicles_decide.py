@@ -28,7 +28,7 @@ from loopgate.vehicles import survey, surveyor
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.messages import Ask
 from loopgate.vehicles.post import Post
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 pytestmark = pytest.mark.sumo
 
@@ -90,7 +90,7 @@ def test_a_crowd_with_loss_is_clean_and_nobody_is_handed_more_than_it_knows(
     for keeper in decisions.keepers:
         _numbers((keeper.lease_s, keeper.leases, keeper.claims, *keeper.conflicts))
     assert len(decisions.keepers) > 20  # one for each junction, none for all
-    said = {field.name for field in dataclasses.fields(Vehicle)}
+    said = {field.name for field in dataclasses.fields(AskingVehicle)}
     assert said == {"id", "loop", "at", "number", "inside", "rears", "untold", "forgot"}
     assert {field.name for field in dataclasses.fields(Post)} == {
         *("place", "slots", "line", "known", "rears", "kept", "probes", "gone", "waiting")

@@ -15,7 +15,7 @@ from loopgate.research.vehicles.world import Receive
 from loopgate.vehicles import post as posts
 from loopgate.vehicles.messages import Ask, Clear, Message, Probe, ToPost
 from loopgate.vehicles.post import Entry, Kept, Post
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 
 class Stay(NamedTuple):
@@ -39,7 +39,7 @@ def must(so: object, rule: str) -> None:
 class Truth:
     """What is so: the facts of the model, and who stands where."""
 
-    def __init__(self, vehicles: list[Vehicle]) -> None:
+    def __init__(self, vehicles: list[AskingVehicle]) -> None:
         self.asked: dict[Stay, Stay] = {}
         """The stay from which each was asked for."""
         self.now = {car.id: Stay(car.id, car.inside, car.place) for car in vehicles}
@@ -61,7 +61,7 @@ class Truth:
                 must(walk.ground[src.place][0] == stay.vehicle, "asks: only the first in line")
                 self.asked[stay] = src
 
-    def _changed(self, number: int, before: Vehicle, after: Vehicle) -> None:
+    def _changed(self, number: int, before: AskingVehicle, after: AskingVehicle) -> None:
         goes = after.at != before.at
         outs = len(before.rears) + goes - len(after.rears)
         for _ in range(outs):

@@ -27,7 +27,7 @@ from loopgate.abstraction.swept import find_touches
 from loopgate.abstraction.swept_paths import SweptPath, SweptPaths, drawn, swept_paths_of
 from loopgate.arrays import Floats
 from loopgate.cache import Cache
-from loopgate.errors import Refusal, RefusedLoopError
+from loopgate.errors import LoopRefusal, RefusedLoopError
 from loopgate.model import StateId
 from loopgate.network.loop import AWAY_M, HOLD_MARGIN_M, LaneSpan, Loop
 from loopgate.network.road import Connection, RoadNetwork
@@ -46,7 +46,7 @@ class LaneTurn:
 
 
 @dataclass(frozen=True, slots=True)
-class Target:
+class LaneTarget:
     """A lane to reach: the lane of the next place, or a lane from which to change."""
 
     edge: str
@@ -65,7 +65,7 @@ class Target:
 
 
 def find_guides(
-    network: RoadNetwork, course: Sequence[LaneTurn | Target], vclass: str
+    network: RoadNetwork, course: Sequence[LaneTurn | LaneTarget], vclass: str
 ) -> tuple[Guide, ...] | Connection:
     """Find the stops that keep a vehicle on the lanes of its loop from place to place.
 
@@ -95,7 +95,7 @@ def find_guides(
                 length_m = network.edges[c.to_edge].length_m
                 if length_m < _SHORTEST_M:
                     return c
-                guides.append(Target(c.to_edge, c.to_lane, length_m, turn.ahead_m).guide())
+                guides.append(LaneTarget(c.to_edge, c.to_lane, length_m, turn.ahead_m).guide())
         if leads or item.to_lane is not None:
             guides.append(item.guide())
         turns = []
@@ -264,7 +264,7 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
-    refused: dict[str, Refusal] = {}
+    refused: dict[str, LoopRefusal] = {}
     for loop, kind in {(loop.id, kind): (loop, kind) for loop, kind in users}.values():
         classes.setdefault(loop.id, {})[kind.vclass] = None
         refusal = plan.why_not(loop, chains[loop.id], kind)
@@ -303,7 +303,7 @@ def _places_on(pieces: Iterable[Piece]) -> dict[str, FreePart]:
 
 def why_not(
     network: RoadNetwork, loop: Loop, kind: VehicleType = DEFAULT_TYPE, near: Narrow | None = None
-) -> Refusal | None:
+) -> LoopRefusal | None:
     """Return why a loop cannot be cut into queues; None if it can.
 
     The loop is checked alone; together with other loops its places may be shorter. `near`: as in
@@ -345,7 +345,9 @@ class _Plan:
             leaving = self._network.outgoing(span.edge)
             movement = next((c for c in leaving if (c.id, c.via) == (made.id, made.via)), None)
             if movement is None:  # the loop was made for other roads
-                why = Refusal(f"has no movement from lane {span.lane_id} to edge {made.to_edge}", span.edge)
+                why = LoopRefusal(
+                    f"has no movement from lane {span.lane_id} to edge {made.to_edge}", span.edge
+                )
                 raise RefusedLoopError({loop.id: why})
             pieces += self._on_edge(span)
             length = self._network.over_m(movement)
@@ -402,29 +404,29 @@ class _Plan:
             place=place if place.capacity >= LEAST_CAPACITY else None,
         )
 
-    def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> Refusal | None:
+    def why_not(self, loop: Loop, chain: Sequence[Piece], kind: VehicleType) -> LoopRefusal | None:
         """Return the reason why a loop cannot be cut into queues, or None."""
         least_m = least_change_m(kind.needed_m)
         for span in loop.roads:
             if span.lane_in != span.lane and span.length_m < least_m:
-                return Refusal(
+                return LoopRefusal(
                     f"must change from lane {span.lane_in} to lane {span.lane} on edge {span.edge}, which is "
                     f"{span.length_m:.1f} m long; that takes {least_m:.1f} m: "
                     "lead it another way",
                     span.edge,
                 )
         if len({piece.place.name for piece in chain if piece.place is not None}) < LEAST_CAPACITY:
-            return Refusal("has fewer than two places in which two vehicles can queue; make it longer")
+            return LoopRefusal("has fewer than two places in which two vehicles can queue; make it longer")
         for here, between, after in _ways_on(chain):
             if here.place is not None and here.place == after.place:
-                return Refusal(
+                return LoopRefusal(
                     f"comes back from lane {here.edge}_{here.lane} to itself, and vehicles can queue nowhere "
                     "between; lead it another way",
                     here.edge,
                 )
             guides = find_guides(self._network, list(_course(loop, here, between, after)), kind.vclass)
             if isinstance(guides, Connection):
-                return Refusal(
+                return LoopRefusal(
                     f"leads from lane {guides.from_id} to edge {guides.to_edge}, which "
                     f"is too short to tell SUMO on which of its lanes to go on; lead it another way",
                     guides.from_edge,
@@ -450,17 +452,19 @@ def _ahead_m(loop: Loop, here: Piece, piece: Piece) -> float:
     return round((piece.begin_m - line_m) % loop.lap_m, 6)
 
 
-def _course(loop: Loop, here: Piece, between: Sequence[Piece], after: Piece) -> Iterator[LaneTurn | Target]:
+def _course(
+    loop: Loop, here: Piece, between: Sequence[Piece], after: Piece
+) -> Iterator[LaneTurn | LaneTarget]:
     """Yield the movements and lanes between two places, for `find_guides`."""
     for piece in between:
         passage, ahead = piece.passage, _ahead_m(loop, here, piece)
         if piece.movement is not None:
             yield LaneTurn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
-            yield Target(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
+            yield LaneTarget(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
     # A vehicle that arrives stays on its last lane, so guides to that lane end where the lane begins.
     on_lane_m = after.at_m if after.place and after.place.away else 0.0
-    yield Target(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
+    yield LaneTarget(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
 
 
 class _Legs:

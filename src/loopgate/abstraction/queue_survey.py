@@ -10,7 +10,7 @@ from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Itinerary
 from loopgate.abstraction.movements import Stretch
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
 from loopgate.abstraction.queues import most_at_start
-from loopgate.errors import Refusal, RefusedLoopError
+from loopgate.errors import LoopRefusal, RefusedLoopError
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import VehicleType
@@ -170,9 +170,9 @@ def refused_queues(
     return _refused(users, reasons)
 
 
-def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, Refusal]:
+def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> dict[str, LoopRefusal]:
     """Return the fault of each loop that cannot work alone."""
-    reasons: dict[str, Refusal] = {}
+    reasons: dict[str, LoopRefusal] = {}
     for loop, kind in users:
         if loop.id not in reasons and (refusal := why_not(network, loop, kind)):
             reasons[loop.id] = refusal
@@ -180,7 +180,7 @@ def _alone(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> d
 
 
 def _refused(
-    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, Refusal]
+    users: Sequence[tuple[Loop, VehicleType]], reasons: Mapping[str, LoopRefusal]
 ) -> tuple[RefusedLoop, ...]:
     every = {loop.id: loop for loop, _ in users if loop.id in reasons}
     return tuple(RefusedLoop(loop, *reasons[name]) for name, loop in every.items())

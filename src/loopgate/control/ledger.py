@@ -20,7 +20,7 @@ from loopgate.control.places import (
     Place,
     Vehicle,
 )
-from loopgate.control.pressure import Pressure
+from loopgate.control.pressure import PressureOrder
 from loopgate.control.refusal import Refusal, Rule
 
 GRANTED: Final = "granted"
@@ -356,12 +356,12 @@ class Ledger(Holdings):
         everybody: bool = False,
         step_s: float = 1.0,
         order: Order | None = None,
-        pressing: Pressure | None = None,
+        pressing: PressureOrder | None = None,
     ) -> None:
         super().__init__(step_s)
         self.rules: Final = rules
         self.gate: RoadGate = gate or ChainGate()
-        self.order: Final = order or Pressure().order
+        self.order: Final = order or PressureOrder().order
         self.pressing: Final = pressing
         self.everybody: Final = everybody
         self.keeping: Final = Keeping(self.waiting)

@@ -10,15 +10,15 @@ from loopgate.control.places import Place, Vehicle
 from loopgate.negotiation.formulas import leaves_room, pressure
 
 PATIENCE_S: Final = 100.0
-"""Default of `Pressure.patience_s` [s]."""
+"""Default of `PressureOrder.patience_s` [s]."""
 
 
-class Pressure:
+class PressureOrder:
     """Orders vehicles by pressure, and leaves out vehicles that must not fill a crowded place.
 
-    Pressure is the share of taken slots behind minus the share ahead, and grows with the wait. `crowded`: the
-    share of taken slots from which a place is crowded; infinite for never. `patience_s`: the longest time
-    that a vehicle is left out, from an empty place into a full one [s].
+    The pressure is the share of taken slots behind minus the share ahead, and grows with the wait.
+    `crowded`: the share of taken slots from which a place is crowded; infinite for never. `patience_s`: the
+    longest time that a vehicle is left out, from an empty place into a full one [s].
     """
 
     def __init__(self, crowded: float = inf, patience_s: float = PATIENCE_S) -> None:

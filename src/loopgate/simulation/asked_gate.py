@@ -14,7 +14,7 @@ from loopgate.control.driving import Driving
 from loopgate.control.ledger import Ledger, Order
 from loopgate.control.lights import light
 from loopgate.control.places import Place, Vehicle
-from loopgate.control.pressure import Pressure as Pressing
+from loopgate.control.pressure import PressureOrder
 from loopgate.control.refusal import Refusal, Rule
 from loopgate.control.rules import usual
 from loopgate.errors import GateError
@@ -215,7 +215,7 @@ class Deciding:
         pressing = None
         if type(negotiation) is Pressure:
             crowded, patience_s = negotiation.figures
-            pressure = Pressing(crowded if negotiation.given else inf, patience_s)
+            pressure = PressureOrder(crowded if negotiation.given else inf, patience_s)
             pressing = None if negotiation.given else pressure
             order = pressure.order
         else:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from loopgate.negotiation.formulas import leaves_room
 from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.messages import Grant, Message, Refuse, Room, Stamp, ToVehicle
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 __all__ = ["Answer", "Controller"]
 
@@ -51,7 +51,7 @@ class Controller:
     Examples
     --------
     >>> from loopgate.vehicles.messages import Grant
-    >>> one = Controller(Vehicle(1, loop=(3, 7)))
+    >>> one = Controller(AskingVehicle(1, loop=(3, 7)))
     >>> one.at_line((0.0, 1), 4.5, free=True).say
     (Ask(place=7, vehicle=1, number=1, here=3, then=3, stamp=(0.0, 1), sent_s=4.5, free=True),)
     >>> one.hear(Grant(1, 1, 7, until_s=7.0)).holds
@@ -60,7 +60,7 @@ class Controller:
     True
     """
 
-    def __init__(self, vehicle: Vehicle, crowded: float = 2.0) -> None:
+    def __init__(self, vehicle: AskingVehicle, crowded: float = 2.0) -> None:
         self.vehicle = vehicle
         self._crowded = crowded
         self._grant: Grant | None = None
@@ -144,5 +144,5 @@ class Controller:
         crowded
             As for `Controller`.
         """
-        car = Vehicle(number, tuple(loop), at)
+        car = AskingVehicle(number, tuple(loop), at)
         return cls(cars.begin_anew(car, rears, clock) if clock else car, crowded)

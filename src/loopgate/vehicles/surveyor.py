@@ -15,11 +15,11 @@ from loopgate.model import Robot, RobotId, StateId, System
 from loopgate.vehicles.messages import Goes, Left, Moved, Room
 from loopgate.vehicles.survey import Busy, Free, Look, Role, Seen, Stand, Whose, Word
 
-__all__ = ["Survey", "Surveyor", "decide"]
+__all__ = ["MoveSurvey", "Surveyor", "decide"]
 
 
 @dataclass(frozen=True, slots=True)
-class Survey:
+class MoveSurvey:
     """The questions and answers that a vehicle has collected for its next move.
 
     Attributes
@@ -66,7 +66,7 @@ class Surveyor:
     lookahead: int = 1
     lease_s: float = 6.0
     number: int = 0
-    survey: Survey | None = None
+    survey: MoveSurvey | None = None
     rears: tuple[tuple[int, int, bool], ...] = ()
     untold: tuple[tuple[int, int], ...] = field(default=())
 
@@ -101,7 +101,7 @@ def ask(me: Surveyor, now_s: float) -> Answer:
         ahead = wished.ahead(me.most)
         way += [stand.loop[wished.at], *ahead]
         roles += [Role.TAKE, *(Role.READ for _ in ahead)]
-    survey = Survey(now_s + me.lease_s, stands=(stand,))
+    survey = MoveSurvey(now_s + me.lease_s, stands=(stand,))
     if not way:
         return replace(me, survey=survey), []
     look = Look(stand.vehicle, me.number, tuple(way), tuple(roles), wished)
@@ -132,7 +132,7 @@ def seen(me: Surveyor, message: Seen) -> Answer:
             roles = (Role.OVER,) * len(before) + (Role.READ,) * len(ahead)
             looks.append(Look(me.stand.vehicle, me.number, (*before, *ahead), roles, me.wished))
     waits = (survey.open - {message.way}) | {look.way for look in looks}
-    after = Survey(survey.until_s, (*survey.asked, *looks), frozenset(waits), tuple(stands))
+    after = MoveSurvey(survey.until_s, (*survey.asked, *looks), frozenset(waits), tuple(stands))
     return replace(me, survey=after), list(looks)
 
 

@@ -15,7 +15,7 @@ Told = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
-class Vehicle:
+class AskingVehicle:
     """The knowledge of a vehicle that asks posts: its loop, its place, and its open messages.
 
     Attributes
@@ -40,7 +40,7 @@ class Vehicle:
     Examples
     --------
     >>> from loopgate.vehicles.messages import Grant
-    >>> car = Vehicle(1, loop=(3, 7))
+    >>> car = AskingVehicle(1, loop=(3, 7))
     >>> ask(car, (0, 1), 2.5).sent_s
     2.5
     >>> car, out = granted(car, Grant(1, 1, 7))
@@ -68,10 +68,10 @@ class Vehicle:
         return self.loop[(self.at + 1) % len(self.loop)]
 
 
-Answer = tuple[Vehicle, list[Message]]
+Answer = tuple[AskingVehicle, list[Message]]
 
 
-def ask(vehicle: Vehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True) -> Ask:
+def ask(vehicle: AskingVehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True) -> Ask:
     """Return the request of a vehicle that is first in line for its next place.
 
     Parameters
@@ -87,7 +87,7 @@ def ask(vehicle: Vehicle, stamp: Stamp, now_s: float = 0.0, *, free: bool = True
     return Ask(vehicle.wanted, vehicle.id, vehicle.number + 1, vehicle.place, then, stamp, now_s, free)
 
 
-def awaits(vehicle: Vehicle, grant: Grant) -> bool:
+def awaits(vehicle: AskingVehicle, grant: Grant) -> bool:
     """Return whether a grant answers the vehicle's present request."""
     return grant.number == vehicle.number + 1 and grant.place == vehicle.wanted
 
@@ -97,7 +97,7 @@ def in_time(grant: Grant, now_s: float) -> bool:
     return grant.until_s is None or now_s <= grant.until_s
 
 
-def granted(vehicle: Vehicle, grant: Grant) -> Answer:
+def granted(vehicle: AskingVehicle, grant: Grant) -> Answer:
     """Return the vehicle after a grant, and its messages: it sets out, or answers an outdated grant."""
     if awaits(vehicle, grant):
         after = replace(
@@ -118,7 +118,7 @@ def granted(vehicle: Vehicle, grant: Grant) -> Answer:
     return vehicle, [Left(grant.place, vehicle.id, grant.number)]
 
 
-def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
+def give_back(vehicle: AskingVehicle, grant: Grant) -> Answer:
     """Return the vehicle after it has returned an unusable grant, and its messages.
 
     If its rear is still in that place, the later report that it has left covers the returned grant too.
@@ -130,7 +130,7 @@ def give_back(vehicle: Vehicle, grant: Grant) -> Answer:
     return after, [Left(grant.place, vehicle.id, grant.number)]
 
 
-def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
+def begin_anew(vehicle: AskingVehicle, rears: Sequence[int], number: int) -> AskingVehicle:
     """Return a vehicle that has lost its memory but knows its position, and its messages to posts.
 
     It takes a number larger than all numbers that it has used; a report under that number covers all older
@@ -147,7 +147,7 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
 
     Examples
     --------
-    >>> car = begin_anew(Vehicle(1, loop=(3, 7, 9), at=1), rears=(3,), number=5000)
+    >>> car = begin_anew(AskingVehicle(1, loop=(3, 7, 9), at=1), rears=(3,), number=5000)
     >>> car.rears, car.untold
     (((3, 5000),), ((7, 4999), (9, 5000)))
     >>> repeat(car)
@@ -165,7 +165,7 @@ def begin_anew(vehicle: Vehicle, rears: Sequence[int], number: int) -> Vehicle:
     return replace(vehicle, number=number, inside=number, rears=behind, untold=away, forgot=number)
 
 
-def rear_out(vehicle: Vehicle) -> Answer:
+def rear_out(vehicle: AskingVehicle) -> Answer:
     """Return the vehicle after its rear has left the first place that it still touches, and its messages.
 
     It repeats its position in the same transmission, since its last report may have been lost.
@@ -175,24 +175,24 @@ def rear_out(vehicle: Vehicle) -> Answer:
     return after, [Left(place, vehicle.id, number), Goes(vehicle.place, vehicle.id, vehicle.inside)]
 
 
-def _also(vehicle: Vehicle, place: int, number: int) -> tuple[Told, ...]:
+def _also(vehicle: AskingVehicle, place: int, number: int) -> tuple[Told, ...]:
     """Return the reports with a new one in place of older ones about the same place."""
     return (*(one for one in vehicle.untold if one[0] != place), (place, number))
 
 
-def repeat(vehicle: Vehicle) -> list[Message]:
+def repeat(vehicle: AskingVehicle) -> list[Message]:
     """Return the reports that no post has acknowledged, to be sent again."""
     return [_told(vehicle, place, number) for place, number in vehicle.untold]
 
 
-def _told(vehicle: Vehicle, place: int, number: int) -> Left | Here:
+def _told(vehicle: AskingVehicle, place: int, number: int) -> Left | Here:
     """Return a report to a post: that the vehicle has left, or that it is there once."""
     if (place, number) == (vehicle.place, vehicle.forgot - 1):
         return Here(place, vehicle.id, number)
     return Left(place, vehicle.id, number)
 
 
-def heard(vehicle: Vehicle, room: Room) -> Vehicle:
+def heard(vehicle: AskingVehicle, room: Room) -> AskingVehicle:
     """Return the vehicle after a post has acknowledged that the vehicle left its place."""
     told = (room.place, room.number)
     return replace(vehicle, untold=tuple(one for one in vehicle.untold if one != told))

@@ -17,7 +17,7 @@ from loopgate.abstraction.movements import REACH_M, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.queue_survey import RefusedLoop, survey_queues
 from loopgate.abstraction.queues import make_queues
-from loopgate.errors import Refusal, RefusedLoopError, ScenarioError, TooManyVehiclesError
+from loopgate.errors import LoopRefusal, RefusedLoopError, ScenarioError, TooManyVehiclesError
 from loopgate.gates import make_gate
 from loopgate.network import RoadNetwork, VehicleType, generate_loops, make_loop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
@@ -229,7 +229,7 @@ def test_a_loop_made_for_other_roads_is_refused_where_it_finds_no_movement() -> 
     ways = ["a_0>b_0", "b_0>a_0", "b_0>c_0", "c_0>a_0"]
     loop = make_loop(roads(edges, ways), "l", ["a", "b", "c"])
     network = apart(roads(edges, [*ways[:2], ways[3]]))
-    refusal = Refusal("has no movement from lane b_0 to edge c", "b")
+    refusal = LoopRefusal("has no movement from lane b_0 to edge c", "b")
     assert why_not(network, loop) == refusal
     users = [(loop, DEFAULT_TYPE), (make_loop(network, "k", ["a", "b"]), DEFAULT_TYPE)]
     with pytest.raises(RefusedLoopError, match="loop l has no movement from lane b_0 to edge c"):

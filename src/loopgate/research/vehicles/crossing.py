@@ -19,7 +19,7 @@ from loopgate.vehicles import vehicle as cars
 from loopgate.vehicles.keeper import Keeper, Lease
 from loopgate.vehicles.messages import Ask, Goes, Grant, Here, Left, Message, Moved, Refuse, Room, ToPost
 from loopgate.vehicles.post import Post
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 __all__ = ["CrossingModel", "FoundAtCrossing", "begin", "explore", "unsafe"]
 
@@ -49,7 +49,7 @@ class CrossingModel:
 
     keeper: Keeper
     posts: tuple[Post, ...]
-    vehicles: tuple[Vehicle, ...]
+    vehicles: tuple[AskingVehicle, ...]
     where: tuple[str, ...]
     laps: tuple[int, ...]
     flight: frozenset[Message] = frozenset()
@@ -79,7 +79,7 @@ def begin(conflicts: Sequence[tuple[int, int]], laps: Sequence[int]) -> Crossing
     return CrossingModel(
         Keeper(pairs, 0.0),
         tuple(Post(2 * n + 1, 4) for n in range(len(laps))),
-        tuple(Vehicle(n, ways[n]) for n in range(len(laps))),
+        tuple(AskingVehicle(n, ways[n]) for n in range(len(laps))),
         (WAITS,) * len(laps),
         tuple(laps),
         gave_back=(0,) * len(laps),
@@ -200,7 +200,7 @@ def _come(
     return now, False
 
 
-def _of_vehicle(now: CrossingModel, car: Vehicle, *, late: bool) -> Iterator[Next[CrossingModel]]:
+def _of_vehicle(now: CrossingModel, car: AskingVehicle, *, late: bool) -> Iterator[Next[CrossingModel]]:
     """Yield what a vehicle can do, and that time goes by for it."""
     number, where = car.id, now.where[car.id]
     if where == WAITS:
@@ -299,7 +299,7 @@ def _put(now: CrossingModel, number: int, where: str) -> CrossingModel:
     return replace(now, where=(*now.where[:number], where, *now.where[number + 1 :]))
 
 
-def _car(now: CrossingModel, car: Vehicle) -> CrossingModel:
+def _car(now: CrossingModel, car: AskingVehicle) -> CrossingModel:
     return replace(now, vehicles=(*now.vehicles[: car.id], car, *now.vehicles[car.id + 1 :]))
 
 

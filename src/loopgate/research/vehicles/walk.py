@@ -25,7 +25,7 @@ from loopgate.vehicles.messages import (
     Room,
     ToPost,
 )
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 _NUMBERS = 1000
 """A vehicle uses fewer numbers than this from one step to the next."""
@@ -140,7 +140,7 @@ class RandomWalk:
         """Let a vehicle begin anew where it is."""
         car = self.vehicles[number]
         rears = [place for place, _ in car.rears]
-        anew = cars.begin_anew(Vehicle(car.id, car.loop, car.at), rears, _NUMBERS * self._time)
+        anew = cars.begin_anew(AskingVehicle(car.id, car.loop, car.at), rears, _NUMBERS * self._time)
         self.vehicles[number] = anew
         self.found["forgot"] += 1
         self._say(cars.repeat(anew))

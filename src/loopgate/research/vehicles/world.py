@@ -29,7 +29,7 @@ from loopgate.vehicles.messages import (
     ToPost,
 )
 from loopgate.vehicles.post import Entry, Post
-from loopgate.vehicles.vehicle import Told, Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle, Told
 
 Receive = Callable[[Post, ToPost], posts.Answer]
 
@@ -49,7 +49,7 @@ class World:
     """
 
     posts: tuple[Post, ...]
-    vehicles: tuple[Vehicle, ...]
+    vehicles: tuple[AskingVehicle, ...]
     ground: tuple[tuple[int, ...], ...]
     flight: frozenset[Message] = frozenset()
 
@@ -72,12 +72,12 @@ def begin(
     loops: Sequence[Sequence[int]], slots: Sequence[int], lines: Sequence[Sequence[tuple[int, int]]]
 ) -> World:
     """Return a start: for each place the loops of the vehicles in line, with their positions."""
-    vehicles: list[Vehicle] = []
+    vehicles: list[AskingVehicle] = []
     ground, books = [], []
     for place, line in enumerate(lines):
         entries, here = [], []
         for loop, at in line:
-            car = Vehicle(len(vehicles), tuple(loops[loop]), at)
+            car = AskingVehicle(len(vehicles), tuple(loops[loop]), at)
             entries.append(Entry(car.id, 0, car.wanted))
             here.append(car.id)
             vehicles.append(car)
@@ -117,7 +117,7 @@ def misled(world: World) -> list[int]:
     return found
 
 
-def _is_inside(car: Vehicle, entry: Entry) -> bool:
+def _is_inside(car: AskingVehicle, entry: Entry) -> bool:
     """Return whether an entry may be that under which a vehicle is in its place."""
     return entry.number == car.inside or (car.inside == car.forgot and entry.number <= car.forgot)
 
@@ -189,7 +189,7 @@ def _come(
             yield Step(("given back", *name), tidy(_said(_with_car(world, back), out)), sure=False)
 
 
-def _see(world: World, car: Vehicle, *, grant: Grant, receive: Receive) -> World:
+def _see(world: World, car: AskingVehicle, *, grant: Grant, receive: Receive) -> World:
     """Let both posts know that a vehicle has gone, as it was before."""
     world = _with_car(world, replace(world.vehicles[car.id], rears=()))
     for message in (Left(car.place, car.id, car.inside), Goes(grant.place, car.id, grant.number)):
@@ -211,7 +211,7 @@ def _origin(message: Message) -> int:
     return message.origin if isinstance(message, Probe) else getattr(message, "place", -1)
 
 
-def _rear(world: World, car: Vehicle) -> World:
+def _rear(world: World, car: AskingVehicle) -> World:
     after, out = cars.rear_out(car)
     return _said(_with_car(world, after), out)
 
@@ -231,7 +231,7 @@ def _with_post(world: World, post: Post) -> World:
     return replace(world, posts=(*world.posts[: post.place], post, *world.posts[post.place + 1 :]))
 
 
-def _with_car(world: World, car: Vehicle) -> World:
+def _with_car(world: World, car: AskingVehicle) -> World:
     return replace(world, vehicles=(*world.vehicles[: car.id], car, *world.vehicles[car.id + 1 :]))
 
 

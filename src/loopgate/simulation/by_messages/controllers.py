@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from loopgate.vehicles.controller import Answer, Controller
 from loopgate.vehicles.messages import Stamp, ToVehicle
-from loopgate.vehicles.vehicle import Vehicle
+from loopgate.vehicles.vehicle import AskingVehicle
 
 __all__ = ["Controllers", "ControllersHere", "Stand"]
 
@@ -75,7 +75,7 @@ class ControllersHere:
 
     def begin(self, stands: Sequence[Stand], crowded: float) -> None:
         """Start a controller for each vehicle."""
-        self.all = [Controller(Vehicle(n, loop, at), crowded) for n, (loop, at, _) in enumerate(stands)]
+        self.all = [Controller(AskingVehicle(n, loop, at), crowded) for n, (loop, at, _) in enumerate(stands)]
 
     def look(self, now_s: float, stand: Callable[[int], Stand]) -> list[tuple[int, Answer]]:
         """Return nothing: these controllers never fail."""

@@ -9,7 +9,7 @@ from loopgate.control.ledger import Ledger
 from loopgate.control.places import Vehicle
 from loopgate.control.refusal import Refusal
 from loopgate.gates import Reason
-from loopgate.simulation.by_messages.whereabouts import Whereabouts
+from loopgate.simulation.by_messages.whereabouts import DistancesToPosts
 
 __all__ = ["Motor"]
 
@@ -41,7 +41,7 @@ class Motor:
         """Set the vehicles, which are in the ledger; their numbers follow the order of `names`."""
         self.vehicles = [self._ledger.vehicles[name] for name in names]
         self._number = {vehicle: number for number, vehicle in enumerate(self.vehicles)}
-        self.where = Whereabouts(self.vehicles)
+        self.where = DistancesToPosts(self.vehicles)
         self._tails = [self.where.tail(number) for number in range(len(self.vehicles))]
 
     @property

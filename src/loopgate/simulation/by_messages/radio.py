@@ -8,7 +8,7 @@ from itertools import pairwise
 from random import Random
 from typing import Any, Generic, TypeVar, cast
 
-from loopgate.simulation.by_messages.whereabouts import Whereabouts
+from loopgate.simulation.by_messages.whereabouts import DistancesToPosts
 from loopgate.vehicles.air import Air, AirSettings
 from loopgate.vehicles.messages import (
     Changed,
@@ -62,7 +62,7 @@ class Radio(Generic[E]):
         self.cut_off = 0
         self.far_side: frozenset[int] = frozenset()
 
-    def over(self, where: Whereabouts) -> None:
+    def over(self, where: DistancesToPosts) -> None:
         """Use `where` for the distances that messages travel."""
         self.where = where
 

@@ -7,7 +7,7 @@ from math import inf
 
 from loopgate.control.places import Leg, Place, Vehicle
 
-__all__ = ["Whereabouts", "path_of"]
+__all__ = ["DistancesToPosts", "path_of"]
 
 _BEHIND = 12
 """A vehicle may have to speak to the posts of so many places behind its last grant."""
@@ -45,7 +45,7 @@ class _Loop:
         return lap * self._lap_m + self._ends_m[at]
 
 
-class Whereabouts:
+class DistancesToPosts:
     """Distances along the path from a vehicle's front to the nearer end of a place [m].
 
     Posts have an antenna at each end of their place. Vehicles and places have numbers.

@@ -13,7 +13,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.sharing import SharingBound
 from loopgate.cache import Cache
 from loopgate.control.start import VehicleStart
-from loopgate.errors import LoopgateError, Refusal, RefusedLoopError, ScenarioError
+from loopgate.errors import LoopgateError, LoopRefusal, RefusedLoopError, ScenarioError
 from loopgate.network import FoundLoops, Loop, RoadNetwork, VehicleDemand, VehicleType, find_loops
 from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.generate import LoopOptions, LoopSearch
@@ -262,7 +262,7 @@ def loops_for_queues(
         try:
             refusal = why_not(network, loop, kind)
         except LoopgateError as error:
-            refusal = Refusal(f"cannot be laid out: {error}")
+            refusal = LoopRefusal(f"cannot be laid out: {error}")
         if refusal:
             refused.append(refusal.reason)
         return not refusal

@@ -15,7 +15,7 @@ from loopgate.abstraction.itinerary import Abstraction
 from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
-from loopgate.errors import NobodyGatedError, Refusal, RefusedLoopError, RouteError, ScenarioError
+from loopgate.errors import LoopRefusal, NobodyGatedError, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
 from loopgate.network.stops import Stop, lanes_of_stops, on_loop
@@ -225,7 +225,7 @@ def find_unfit(
         If the loop of a vehicle of `staying` cannot be cut.
     """
     unfit: dict[str, list[VehicleDemand]] = {}
-    alone: dict[tuple[Loop, VehicleType], Refusal | None] = {(v.loop, v.type): None for v in asked}
+    alone: dict[tuple[Loop, VehicleType], LoopRefusal | None] = {(v.loop, v.type): None for v in asked}
     edges = dict.fromkeys(span.edge for loop, _ in alone for span in loop.roads)
     lanes = [lane.id for edge in edges for lane in network.edges[edge].lanes]
     near = {
@@ -242,7 +242,7 @@ def find_unfit(
         try:
             lay_out_queues(network, [(v.loop, v.type) for v in (*staying, *fit)])
         except RefusedLoopError as error:
-            refused: Mapping[str, Refusal] = error.refused
+            refused: Mapping[str, LoopRefusal] = error.refused
             if any(v.loop.id in refused for v in staying):
                 raise
             for vehicle in fit:

@@ -30,7 +30,7 @@ _CYCLE_S = 120.0
 
 
 @dataclass(slots=True)
-class Course:
+class FilmedVehicle:
     """The mileage of a vehicle so far.
 
     Attributes
@@ -73,7 +73,7 @@ class Film:
         self._network, self.step_s = network, step_s
         self.now_s = 0.0
         """When the frame ends [s]."""
-        self.courses: dict[str, Course] = {}
+        self.courses: dict[str, FilmedVehicle] = {}
         self.stood_on = defaultdict[str, float](float)
         """How long vehicles stood on each edge [s]."""
         self._seen: dict[str, SeenVehicle] = {}
@@ -99,7 +99,7 @@ class Film:
         for vehicle, one in self._seen.items():
             course = self.courses.get(vehicle)
             if course is None:
-                course = self.courses[vehicle] = Course(time_s, self.now_s, since_s=time_s)
+                course = self.courses[vehicle] = FilmedVehicle(time_s, self.now_s, since_s=time_s)
             course.last_s = self.now_s
             if not first:
                 course.driven_m += self._came_m(before.get(vehicle), one)

@@ -6,7 +6,7 @@ import pytest
 
 from loopgate.abstraction.queue_layout import QueueLayout, lay_out_queues, why_not
 from loopgate.cache import Cache
-from loopgate.errors import Refusal, RefusedLoopError, RouteError
+from loopgate.errors import LoopRefusal, RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleType, find_loops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation.demand import allotment as module
@@ -46,7 +46,7 @@ def test_turning_round_makes_more(roads: RoadNetwork) -> None:
 def test_a_loop_that_raises_is_dropped(roads: RoadNetwork, monkeypatch: pytest.MonkeyPatch) -> None:
     """An error about one generated loop does not end the run."""
 
-    def raises(network: RoadNetwork, loop: Loop, kind: VehicleType) -> Refusal | None:
+    def raises(network: RoadNetwork, loop: Loop, kind: VehicleType) -> LoopRefusal | None:
         if "6272844#0" in loop.edges:
             msg = "state 6272844#0_0 follows itself"
             raise RouteError(msg)
@@ -67,7 +67,7 @@ def test_what_does_not_work_beside_others_is_replaced(monkeypatch: pytest.Monkey
     def refuses(network: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> QueueLayout:
         third = next((loop.id for loop, _ in users if loop.id == "loop3"), None)
         if third is not None:
-            raise RefusedLoopError({third: Refusal("has no room")})
+            raise RefusedLoopError({third: LoopRefusal("has no room")})
         return lay_out_queues(network, users)
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
@@ -82,7 +82,7 @@ def test_an_end_to_replacing(monkeypatch: pytest.MonkeyPatch) -> None:
     network = RoadNetwork.open("sumo:bs3d")
 
     def refuses(_: RoadNetwork, users: list[tuple[Loop, VehicleType]]) -> None:
-        why = Refusal("has no room beside the others")
+        why = LoopRefusal("has no room beside the others")
         raise RefusedLoopError({users[-1][0].id: why})
 
     monkeypatch.setattr(module, "lay_out_queues", refuses)
