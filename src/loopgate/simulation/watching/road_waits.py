@@ -311,7 +311,7 @@ class RoadWaits:
         SUMO's rule (LC2013, `currentDistDisallows`) for a driver who stands: the lane has to lead on for two
         lengths more than the jam on the best lanes.
         """
-        needs_m = other.far_m - front_m - 4.0 * sum(self._road.size(vehicle))
+        needs_m = other.far_m - front_m - 2.0 * sum(self._road.size(vehicle))
         if needs_m <= 0.0:
             return None
         best = next(

@@ -181,12 +181,12 @@ def test_who_stands_beside_another_with_space_ahead_waits_for_those_ahead_too(
 
 
 def test_of_a_jam_those_count_that_stand() -> None:
-    """A lane that leads on 210 m is worse than a jam shorter than 170 m: 23 vehicles, whichever."""
-    scene = Scene({"a": ("e_0", 10.0), **{f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(30)}})
+    """A lane that leads on 210 m is no better than a jam of 185 m: 25 vehicles, whichever."""
+    scene = Scene({"a": ("e_0", 10.0), **{f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(35)}})
     scene.lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
-    standing = [f"n{k:02}" for k in range(5, 30)]
+    standing = [f"n{k:02}" for k in range(5, 35)]
     (jam, *_) = scene.sets(0.0, network=_two_lanes(300.0), standing=standing)
-    assert jam == ["n00", *standing[:23]]
+    assert jam == ["n00", *standing[:25]]
 
 
 def test_a_light_that_is_red_ends() -> None:
