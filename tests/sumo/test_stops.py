@@ -314,7 +314,7 @@ def test_a_stop_in_others_way_is_refused(end: str, length: str, found: str, tmp_
         '<stop busStop="market" duration="9"/></route>'
         '<vehicle id="v" type="t" route="line" depart="0"/>'
     )
-    with pytest.raises(ScenarioError, match=rf"my.rou.xml: vehicle v: .*{found}"):
+    with pytest.raises(ScenarioError, match=rf"my.rou.xml: .* 1 vehicle, first v: .*{found}"):
         run(tmp_path, text, places)
     summary = run(tmp_path, text, places, gate="open")
     assert summary["stops"]["served"] > 2
@@ -388,7 +388,7 @@ def test_buses_as_gtfs2pt_writes_them(tmp_path: Path) -> None:
     files = BUS + FEED + buses, f"<additional>{places}</additional>"
     moved = run(tmp_path, *files, move_stops=True, duration_s=900.0)
     assert (moved["arrived"], moved["stops"]["served"], moved["audit"]) == (3, 9, "clean")
-    assert any("1 stop moved: s2 by -" in line for line in moved["warnings"])
+    assert any("1 stop moved, onto the lane: s2 by -" in line for line in moved["warnings"])
     visits = pd.read_parquet(tmp_path / "run" / "visits.parquet").query("stop == 's0'")
     assert (visits["due_s"] - visits["came_s"]).gt(0).all()
     assert visits["went_on_s"].sub(visits["due_s"]).abs().le(1.0).all()

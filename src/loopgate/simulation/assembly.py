@@ -194,22 +194,21 @@ def assemble(scenario: Scenario) -> Assembly:
             vehicles, later = _as_fit(scenario, network, vehicles, later)
         # The first later vehicle shows the states; no vehicle stands in them yet.
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
-    if scenario.gated and scenario.move_stops and abstraction is not None:
-        vehicles, one = moved_stops(vehicles, abstraction)
-        later, other = moved_stops(later, abstraction)
-        warnings = (*warnings, *one, *other)
-    unstopping = cannot_stop(later, abstraction) if scenario.gated else {}
-    apart |= unstopping
-    ordinary += [v for v in later if v.id in unstopping]
-    everybody = [v for v in everybody if v.id not in unstopping]
-    if not everybody:
-        raise nobody_gated(scenario.routes or scenario.network, sorted_out)
-    if abstraction is not None and unstopping:
-        if not vehicles and later[0].id in unstopping:  # the one that shows the states drives
-            abstraction = _abstraction(scenario, network, everybody[:1], [*later, *others])
-        kept = zip([*later, *others], abstraction.later, strict=True)
-        abstraction = replace(abstraction, later=tuple(way for v, way in kept if v.id not in unstopping))
-    later = [v for v in later if v.id not in unstopping]
+    if scenario.gated and abstraction is not None:
+        if scenario.move_stops:
+            vehicles, one = moved_stops(vehicles, abstraction)
+            later, other = moved_stops(later, abstraction)
+            warnings = (*warnings, *one, *other)
+        unstopping = cannot_stop(scenario, [*vehicles, *later], abstraction)
+        apart |= unstopping
+        ordinary += [v for v in (*vehicles, *later) if v.id in unstopping]
+        everybody, vehicles, later = (
+            [v for v in some if v.id not in unstopping] for some in (everybody, vehicles, later)
+        )
+        if not everybody:
+            raise nobody_gated(scenario.routes or scenario.network, sorted_out)
+        if unstopping:
+            abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
     devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
     # Where there are detours, vehicles may change to loops that their types in SUMO do not know.

@@ -70,15 +70,19 @@ def test_they_are_named_by_kind_of_reason(tmp_path: Path) -> None:
     assert "2 vehicles in ordinary traffic (a flow counts once), c, d: first c: the stop at A1A2_0" in back
 
 
-def test_vehicles_on_loops_are_refused_in_one_message(tmp_path: Path) -> None:
-    """Nobody takes a vehicle off its loop unasked; all that are wrong are named."""
+def test_vehicles_on_loops_are_ordinary_too(tmp_path: Path) -> None:
+    """If they cannot make their stops; attributes that no gate knows refuse them all in one message."""
     ring = '<route edges="A0A1 A1B1 B1B0 B0A0"/>'
     text = "".join(
-        f'<vehicle id="{name}" depart="0">{ring}<stop lane="A1B1_0" endPos="3" duration="5"/></vehicle>'
-        for name in ("a", "b")
+        f'<vehicle id="{name}" depart="0">{ring}<stop lane="A1B1_0" endPos="{end}" duration="5"/></vehicle>'
+        for name, end in (("a", 3), ("b", 3), ("c", 50))
     )
-    with pytest.raises(LoopgateError, match=r"vehicle a: the stop .*; vehicle b: the stop"):
-        assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))
+    made = assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))
+    assert (made.names, made.others) == (("c",), ("a", "b"))
+    assert any("2 vehicles in ordinary traffic" in line for line in made.warnings)
+    write_ordinary(made.ordinary, tmp_path / "o.rou.xml")
+    route = ET.parse(tmp_path / "o.rou.xml").getroot().findall("vehicle/route")[0]
+    assert (route.get("repeat"), len(route.findall("stop"))) == ("1000", 1)
     text = text.replace('endPos="3"', 'speed="9"')
     with pytest.raises(LoopgateError, match=r"vehicle a: stop 1: speed .*; .*vehicle b: stop 1: speed"):
         assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))

@@ -1,6 +1,6 @@
 """Separates gated vehicles from vehicles that no gate can drive, and shares lanes among trips.
 
-A trip that no gate can drive becomes ordinary traffic. A vehicle on a loop that no gate can drive is refused.
+A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that no gate can drive is refused.
 """
 
 from collections import Counter
@@ -358,11 +358,17 @@ def of_no_safe_type(network: RoadNetwork, vehicles: Sequence[VehicleDemand], ste
     return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
 
 
-def cannot_stop(vehicles: Sequence[VehicleDemand], abstraction: Abstraction | None) -> dict[str, str]:
-    """Return the trips with a stop that no gate can handle, with the reason, by name."""
-    ways = {way.loop.id: way for way in (abstraction.later if abstraction else ())}
+def cannot_stop(
+    scenario: Scenario, vehicles: Sequence[VehicleDemand], abstraction: Abstraction
+) -> dict[str, str]:
+    """Return the vehicles with a stop that no gate can handle, with the reason, by name.
+
+    Where the scenario itself puts vehicles on loops, these are not among them: they are refused.
+    """
+    own = scenario.abstraction == "queues" and not scenario.counts_vehicles
+    ways = {way.loop.id: way for way in (*(abstraction.itineraries if own else ()), *abstraction.later)}
     found = {}
-    for vehicle in (v for v in vehicles if v.stops and not v.loop.closed and v.loop.id in ways):
+    for vehicle in (v for v in vehicles if v.stops and (own or not v.loop.closed) and v.loop.id in ways):
         try:
             fit_stops(ways[vehicle.loop.id], vehicle.type, vehicle.stops, what="")
         except ScenarioError as error:
@@ -384,7 +390,7 @@ def moved_stops(
         found.append(replace(v, stops=stops) if by_m else v)
     told = ", ".join(f"{name} by {m:+.1f} m" for name, m in list(every.items())[:_MOST_SHOWN])
     more = f" and {len(every) - _MOST_SHOWN} more" if len(every) > _MOST_SHOWN else ""
-    return found, (f"{counted(len(every), 'stop')} moved: {told}{more}",) if every else ()
+    return found, (f"{counted(len(every), 'stop')} moved, onto the lane: {told}{more}",) if every else ()
 
 
 def fitted_stops(

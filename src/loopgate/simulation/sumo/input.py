@@ -178,9 +178,9 @@ def write_ordinary(
             said["departPos"] = f"{v.depart_m - v.loop.roads[v.edge].begin_m:g}"
         element = ET.SubElement(top, "vehicle", said)
         again = {"repeat": _ROUNDS} if v.loop.closed else {}
-        ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
-        for stop in v.stops:
-            ET.SubElement(element, "stop", _as_said(stop))
+        route = ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
+        for stop in v.stops:  # in every round of a loop
+            ET.SubElement(route if v.loop.closed else element, "stop", _as_said(stop))
         _tell(element, v.parameters)
     write_xml(top, file)
 
