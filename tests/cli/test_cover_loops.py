@@ -9,11 +9,13 @@ import pytest
 from click.testing import CliRunner
 
 from loopgate.cli.main import cli
-from loopgate.errors import LoopgateError
+from loopgate.errors import LoopgateError, RouteError
 from loopgate.network import RoadNetwork, read_loops
+from loopgate.network.cover.parts import search_bytes
 
 _RUN = CliRunner()
 _NET = "sumo:bs3d"
+_GRID = "networks/grid5-priority.net.xml"
 _SQUARE = "300,500 1300,500 1300,1500 300,1500"
 
 
@@ -147,3 +149,12 @@ def test_an_interruption_takes_the_best_so_far(monkeypatch: pytest.MonkeyPatch) 
     assert done.exit_code == 0
     assert "interrupted: these are the best loops found so far" in done.stderr
     assert done.stdout.count("<route ") == 2
+
+
+def test_what_takes_too_much_memory_is_refused_with_the_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is searched; in parts it goes on."""
+    monkeypatch.setattr("loopgate.cli.cover_loops.MOST_BYTES", search_bytes(50))
+    monkeypatch.setattr("loopgate.cli.cover_loops.MOST_STREETS", 40)
+    monkeypatch.setattr("loopgate.cli.cover_loops.cover_streets", None)
+    with pytest.raises(RouteError, match="--count 2 or more covers them part by part"):
+        _RUN.invoke(cli, ["loops", _GRID, "--cover", "all"], catch_exceptions=False)

@@ -16,7 +16,9 @@ _ABOVE_M = 2.5
 """Bodies on lanes with this difference in height do not touch [m]."""
 
 _AT_ONCE = 10_000
-"""Number of rectangles that are compared at once, to save memory."""
+_IN_TREE = 300_000
+"""Number of rectangles that are compared at once, and whose neighbours are in one tree, to save memory. A
+rectangle in a tree takes half a kilobyte, and a city has millions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +79,13 @@ def find_overlaps(
     return Overlaps(numbers, begins, *pairs[:, np.lexsort(pairs[::-1])])
 
 
-def overlapping(rectangles: Floats, lane: Ints, edge: Ints, fresh: Flags) -> tuple[Ints, Ints]:
+def overlapping(
+    rectangles: Floats, lane: Ints, edge: Ints, fresh: Flags, in_tree: int = _IN_TREE
+) -> tuple[Ints, Ints]:
     """Return all pairs of overlapping rectangles with a fresh one, except pairs on one edge.
 
-    The tree of shapely finds rectangles that are near each other. O(n log n + k) for k such pairs.
+    Trees of shapely, one for each strip from south to north, find rectangles that are near each other.
+    O(n log n + k) for k such pairs.
 
     Parameters
     ----------
@@ -90,20 +95,34 @@ def overlapping(rectangles: Floats, lane: Ints, edge: Ints, fresh: Flags) -> tup
         Numbers of the lane and the edge of each rectangle; an edge below 0 is none.
     fresh
         Whether a rectangle is compared with all others; the others are not compared with each other.
+    in_tree
+        Most rectangles of a strip.
     """
     x, y = rectangles[:, _X], rectangles[:, _Y]
     ahead_x, ahead_y, half_m, wide_m = np.abs(rectangles[:, _AHEAD_X:_Z].T)
     east_m, north_m = ahead_x * half_m + ahead_y * wide_m, ahead_y * half_m + ahead_x * wide_m
-    boxes = shapely.box(x - east_m, y - north_m, x + east_m, y + north_m)
-    rows = np.flatnonzero(fresh)
-    tree, found = shapely.STRtree(boxes), [np.zeros((2, 0), dtype=np.int64)]
-    for begin in range(0, len(rows), _AT_ONCE):
-        asked = rows[begin : begin + _AT_ONCE]
-        number, other = tree.query(boxes[asked])
-        one = asked[number]
-        apart = ((one < other) | ~fresh[other]) & (lane[one] != lane[other])
-        pairs = np.stack((one, other))[:, apart & ((edge[one] < 0) | (edge[one] != edge[other]))]
-        found.append(pairs[:, _overlap(*rectangles[pairs])])
+    eastward, widest_m = np.argsort(x, kind="stable"), float(east_m.max(initial=0.0))
+    x_in_order = x[eastward]
+    found = [np.zeros((2, 0), dtype=np.int64)]
+    for first in range(0, len(eastward), in_tree):
+        strip = eastward[first : first + in_tree]
+        strip = strip[fresh[strip]]
+        if not len(strip):
+            continue
+        from_m, to_m = (x[strip] - east_m[strip]).min(), (x[strip] + east_m[strip]).max()
+        begin = int(np.searchsorted(x_in_order, from_m - widest_m, side="left"))
+        end = int(np.searchsorted(x_in_order, to_m + widest_m, side="right"))
+        near = np.sort(eastward[begin:end])
+        half_x, half_y = east_m[near], north_m[near]
+        boxes = shapely.box(x[near] - half_x, y[near] - half_y, x[near] + half_x, y[near] + half_y)
+        tree, at = shapely.STRtree(boxes), np.searchsorted(near, np.sort(strip))
+        for number in range(0, len(at), _AT_ONCE):
+            asked = at[number : number + _AT_ONCE]
+            of, to = tree.query(boxes[asked])
+            one, other = near[asked[of]], near[to]
+            apart = ((one < other) | ~fresh[other]) & (lane[one] != lane[other])
+            pairs = np.stack((one, other))[:, apart & ((edge[one] < 0) | (edge[one] != edge[other]))]
+            found.append(pairs[:, _overlap(*rectangles[pairs])])
     one, other = np.concatenate(found, axis=1)
     return np.minimum(one, other), np.maximum(one, other)
 

@@ -1,5 +1,6 @@
 """`loopgate loops --cover`: loops that cover streets, and their figures."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -16,7 +17,7 @@ from loopgate.cli.terminal import show_progress
 from loopgate.errors import RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
 from loopgate.network.cover.design import CoverTask
-from loopgate.network.cover.parts import MOST_STREETS, parts
+from loopgate.network.cover.parts import MOST_BYTES, MOST_STREETS, parts, search_bytes
 from loopgate.network.cover.watch import Patrol, allot, even_starts_m, laps_s, patrol, vehicles_needed
 from loopgate.network.cover.wishes import read_districts, read_streets, read_weights
 from loopgate.network.road import both_ways
@@ -190,14 +191,19 @@ def _in_parts(roads: RoadNetwork, wish: LoopsWish, task: CoverTask, group: _Grou
     """Yield the group, or its parts if it has more streets than one search takes in a short time."""
     task = replace(task, edges=group.edges, depots=group.depots)
     found = parts(roads, task, wish.count or 1)
+    most, enough = max(len(part.edges) for part in found), math.ceil(len(group.edges) / MOST_STREETS)
+    if (needed := search_bytes(most)) > MOST_BYTES:
+        msg = (
+            f"{roads.name}: {counted(most, 'street')} at once need {needed / 1e9:.0f} GB of memory and "
+            f"hours; --count {enough} or more covers them part by part, --by-district district by district"
+        )
+        raise RouteError(msg)
     if len(found) == 1:
-        if len(group.edges) > 2 * MOST_STREETS:
-            click.echo(
-                f"{counted(len(group.edges), 'street')} on {counted(wish.count or 1, 'loop')} take long"
-                f" and much memory; with --count {len(group.edges) // MOST_STREETS + 1} or more they are"
-                " covered part by part",
-                err=True,
+        if most > 2 * MOST_STREETS:
+            said = (
+                f"{counted(most, 'street')} at once take long; --count {enough} or more covers parts of them"
             )
+            click.echo(said, err=True)
         yield group
     else:
         said = f"{counted(len(group.edges), 'street')}: covered in {len(found)} parts, one after the other"

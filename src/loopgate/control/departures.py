@@ -105,6 +105,8 @@ class DepartureRules:
         self._turn = {one.vehicle: number for number, one in enumerate(due)}
         self._outside: dict[tuple[str, bool], list[VehicleStart]] = {}
         self._tried_s: dict[str, float] = {}
+        self._ahead: dict[str, dict[Place, float]] = {}
+        """The places ahead of each vehicle that is tried, with their speed limits [m/s]."""
         self._others = 0
         """Departures since a vehicle departed because it had waited longest."""
         loops = any(one.loop.closed for one in due) or bool(driving.ledger.vehicles)
@@ -143,9 +145,11 @@ class DepartureRules:
 
     def _is_crowded(self, one: VehicleStart) -> bool:
         """Return whether one more vehicle would reduce the traffic on its path."""
-        ahead = self._driving.paths.of(one.track)[one.track.position :]
-        known = self._limits
-        limits = {leg.place: known[leg.place.name] for leg in ahead if leg.place.name in known}
+        limits = self._ahead.get(one.vehicle)
+        if limits is None:
+            ahead, known = self._driving.paths.of(one.track)[one.track.position :], self._limits
+            limits = {leg.place: known[leg.place.name] for leg in ahead if leg.place.name in known}
+            self._ahead[one.vehicle] = limits
         return is_crowded(limits, self._crowding)
 
     def _let_in(self, one: VehicleStart, now_s: float) -> bool:
@@ -165,6 +169,7 @@ class DepartureRules:
         if not driving.arrivals.let_in(track, one.insertion):
             return False
         self._outside[one.place, one.loop.closed].remove(one)
+        self._ahead.pop(one.vehicle, None)
         return True
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
+from math import nan
 from typing import Final
 
 from loopgate.abstraction.itinerary import Track
@@ -47,20 +48,47 @@ class Ring:
         self._ends_s: Final = list(ends_s)
         self._lap_s: Final = self._ends_s[-1]
         self.vehicles: dict[Vehicle, None] = {}
+        self._seen_s = nan
+        self._order: list[tuple[float, int]] = []
+        """Where each vehicle was at `_seen_s`, as time from the beginning of the loop [s], and its number."""
+        self._rank: dict[Vehicle, int] = {}
 
-    def lead(self, vehicle: Vehicle) -> float:
+    def add(self, vehicle: Vehicle) -> None:
+        """Add a vehicle that has come to the loop."""
+        self.vehicles[vehicle] = None
+        self._seen_s = nan
+
+    def drop(self, vehicle: Vehicle) -> None:
+        """Drop a vehicle that has left the loop."""
+        del self.vehicles[vehicle]
+        self._seen_s = nan
+
+    def lead(self, vehicle: Vehicle, now_s: float = nan) -> float:
         """Return how far a vehicle is ahead of the middle between its neighbours, in even spacings.
 
         It is 0 in the middle, and 1 where the vehicle ahead is two even spacings nearer than the vehicle
-        behind.
+        behind. `now_s`: the positions of all vehicles are looked up once for each time [s].
         """
-        lap_s, here_s = self._lap_s, self._at_s(vehicle)
-        ahead_s = behind_s = lap_s
-        for other in self.vehicles:
-            if other is not vehicle:
-                gap_s = (self._at_s(other) - here_s) % lap_s
-                ahead_s, behind_s = min(ahead_s, gap_s), min(behind_s, lap_s - gap_s)
-        return (behind_s - ahead_s) * len(self.vehicles) / (2.0 * lap_s)
+        if self._seen_s != now_s:
+            self._look(now_s)
+        order, lap_s = self._order, self._lap_s
+        many, rank = len(order), self._rank[vehicle]
+        if many == 1:
+            return 0.0
+        here_s = order[rank][0]
+        ahead_s = (order[(rank + 1) % many][0] - here_s) % lap_s
+        behind_s, before = lap_s, rank
+        while behind_s == lap_s and (before - 1) % many != rank:  # past those at the same place
+            before = (before - 1) % many
+            behind_s = lap_s - (order[before][0] - here_s) % lap_s
+        return (behind_s - ahead_s) * many / (2.0 * lap_s)
+
+    def _look(self, now_s: float) -> None:
+        """Put all vehicles in order."""
+        every = list(self.vehicles)
+        self._order = sorted((self._at_s(vehicle), number) for number, vehicle in enumerate(every))
+        self._rank = {every[number]: rank for rank, (_, number) in enumerate(self._order)}
+        self._seen_s = now_s
 
     def _at_s(self, vehicle: Vehicle) -> float:
         """Return the time from the beginning of the loop to a vehicle's position [s]."""
@@ -93,7 +121,7 @@ class Spacing(Part):
         ring = self._rings.get(track.loop)
         if ring is not None:
             self._on[vehicle] = ring
-            ring.vehicles[vehicle] = None
+            ring.add(vehicle)
 
     def turned_off(self, vehicle: Vehicle, track: Track) -> None:
         """Space a vehicle on another loop."""
@@ -104,7 +132,7 @@ class Spacing(Part):
         """Drop a vehicle that has left the ledger."""
         ring = self._on.pop(vehicle, None)
         if ring is not None:
-            del ring.vehicles[vehicle]
+            ring.drop(vehicle)
         self._told.pop(vehicle, None)
 
     def holds(self, vehicle: Vehicle, now_s: float) -> Refusal | None:
@@ -113,14 +141,14 @@ class Spacing(Part):
         if ring is None or self._advises or len(vehicle.leg.place.line) > 1:
             return None
         waited_s = now_s - vehicle.since_s
-        if waited_s >= _HOLD_S * len(ring.vehicles) / 2.0 or waited_s >= _HOLD_S * ring.lead(vehicle):
+        if waited_s >= _HOLD_S * len(ring.vehicles) / 2.0 or waited_s >= _HOLD_S * ring.lead(vehicle, now_s):
             return None
         return _SPACING
 
     def is_behind(self, vehicle: Vehicle) -> bool:
         """Return whether a vehicle is behind the middle between its neighbours."""
         ring = self._on.get(vehicle)
-        return ring is not None and ring.lead(vehicle) < 0.0
+        return ring is not None and ring.lead(vehicle, self._traffic.now_s) < 0.0
 
     def look(self) -> None:
         """Give speed advice every 5 s; call it after each step."""
@@ -128,7 +156,7 @@ class Spacing(Part):
             return
         self._next_s = self._traffic.now_s + _EVERY_S
         for vehicle, ring in self._on.items():
-            factor = min(FASTEST, max(_SLOWEST, 1.0 - ring.lead(vehicle) / 2.0))
+            factor = min(FASTEST, max(_SLOWEST, 1.0 - ring.lead(vehicle, self._traffic.now_s) / 2.0))
             if abs(factor - self._told.get(vehicle, FASTEST)) > _LEAST_CHANGE:
                 self._told[vehicle] = factor
                 self._traffic.advise(vehicle.name, factor)

@@ -1,7 +1,9 @@
 """Chooses the lanes of vehicles on routes that they drive once."""
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Final
 
 from loopgate.errors import RouteError
 from loopgate.network.lanes import (
@@ -43,6 +45,42 @@ _CROWD = 0.25
 _ANY: Mapping[str, int] = {}
 
 
+class Load:
+    """How many vehicles use each lane, by its id, and each lane towards an edge, by ``lane>edge``.
+
+    `most`: the greatest of these numbers, known at any time: each trip of a hundred thousand asks for it.
+    """
+
+    def __init__(self, of: Mapping[str, int] = _ANY) -> None:
+        self.of = dict(of)
+        self._having = Counter(self.of.values())
+        self.most = max(self.of.values(), default=0)
+
+    def add(self, names: Iterable[str]) -> None:
+        """Add one vehicle to each of these."""
+        of, having = self.of, self._having
+        for name in names:
+            number = of.get(name, 0)
+            of[name] = number + 1
+            having[number] -= 1
+            having[number + 1] += 1
+            self.most = max(self.most, number + 1)
+
+    def take(self, names: Iterable[str]) -> None:
+        """Take one vehicle away from each of these, which have one."""
+        of, having = self.of, self._having
+        for name in names:
+            number = of[name]
+            of[name] = number - 1
+            having[number] -= 1
+            having[number - 1] += 1
+            while self.most and not having[self.most]:
+                self.most -= 1
+
+
+_NOBODY: Final = Load()
+
+
 @dataclass(frozen=True, slots=True)
 class LaneWishes:
     """The lanes on which a vehicle wants to depart and arrive, by index.
@@ -70,7 +108,7 @@ def make_route(
     *,
     vclass: str = "passenger",
     source: str = "",
-    load: Mapping[str, int] = _ANY,
+    load: Load = _NOBODY,
     change_m: float = LEAST_CHANGE_M,
     wishes: LaneWishes = _NO_WISHES,
 ) -> Loop:
@@ -88,8 +126,7 @@ def make_route(
     network, name, edges, vclass, source
         As for `make_loop`; the last edge need not lead anywhere.
     load
-        Number of vehicles that already use each lane, by its id, and each lane towards an edge, by
-        ``lane>edge``.
+        How many vehicles already use each lane, and go from it to which edge.
     change_m
         The shortest edge on which a vehicle can change lanes [m].
     wishes
@@ -124,13 +161,13 @@ class RouteChoices:
         *,
         vclass: str = "passenger",
         source: str = "",
-        load: Mapping[str, int] = _ANY,
+        load: Load = _NOBODY,
         change_m: float = LEAST_CHANGE_M,
         wishes: LaneWishes = _NO_WISHES,
     ) -> Loop:
         """Make a route with chosen lanes: see `make_route`."""
         asked = tuple(edges), vclass, change_m
-        unasked = not load and wishes == _NO_WISHES
+        unasked = not load.of and wishes == _NO_WISHES
         if unasked and asked in self._unasked:
             return replace(self._unasked[asked], id=name)
         found = self._choose(name, edges, vclass, source, load, change_m, wishes)
@@ -144,7 +181,7 @@ class RouteChoices:
         edges: Sequence[str],
         vclass: str,
         source: str,
-        load: Mapping[str, int],
+        load: Load,
         change_m: float,
         wishes: LaneWishes,
     ) -> Loop:
@@ -157,14 +194,14 @@ class RouteChoices:
         if layers and wishes.stop.get(edges[-1], -1) >= 0:  # it changes lanes for its stop
             lanes = network.edges[edges[-1]].lanes
             layers[-1] = arriving_on(lanes, wishes.stop[edges[-1]], vclass) or layers[-1]
-        most = max(1, max(load.values(), default=1))
+        most = max(1, load.most)
         for edge, layer in zip(edges, layers, strict=True):
             short = network.edges[edge].length_m < change_m
             lane = wishes.stop.get(edge, -1)
             for enter, steps in layer.items():
                 weighed: list[tuple[Cost, LaneStep]] = []
                 for cost, step in steps:
-                    own = _once(network, cost, step, load, most, short=short)
+                    own = _once(network, cost, step, load.of, most, short=short)
                     if lane >= 0:
                         own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
                     if layer is layers[-1] and wishes.arrive not in (None, enter):

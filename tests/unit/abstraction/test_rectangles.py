@@ -58,7 +58,7 @@ def test_no_pair_is_missed(seed: int) -> None:
     every_lane = np.arange(len(rows))
     for asked in (fresh, np.ones(len(rows), dtype=bool)):
         expected = together & (asked[one] | asked[other])
-        found = rectangles.overlapping(rows, every_lane, every_lane, asked)
-        assert sorted(zip(*map(np.ndarray.tolist, found), strict=True)) == sorted(
-            zip(one[expected].tolist(), other[expected].tolist(), strict=True)
-        )
+        pairs = sorted(zip(one[expected].tolist(), other[expected].tolist(), strict=True))
+        for in_tree in (1_000, 7):
+            found = rectangles.overlapping(rows, every_lane, every_lane, asked, in_tree)
+            assert sorted(zip(*map(np.ndarray.tolist, found), strict=True)) == pairs

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Sequence
+from random import Random
 
 import pytest
 from roads import roads
@@ -11,7 +11,7 @@ from roads import roads
 from loopgate.errors import RouteError
 from loopgate.network import route_lanes
 from loopgate.network.lanes import Cost, Layer, find_costs
-from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 
@@ -27,14 +27,14 @@ def test_a_route_ends_where_nothing_leads_on() -> None:
 
 def test_parallel_lanes_share_the_traffic() -> None:
     """Of two lanes that are equally good the one with fewer vehicles is taken."""
-    load = Counter({"a_0": 1, "b_0": 1, "c_0": 1})
+    load = Load({"a_0": 1, "b_0": 1, "c_0": 1})
     assert [span.lane for span in make_route(WIDE, "w", ["a", "b", "c"], load=load).spans] == [1, 1, 1]
 
 
 def test_a_change_of_lanes_is_worse_than_a_crowd() -> None:
     """Only lane 1 of b leads to c: nobody changes to lane 0 and back for its being empty."""
     net = roads({"a": (100, 2), "b": (100, 2), "c": (100, 1)}, ["a_0>b_0", "a_1>b_1", "b_1>c_0"])
-    load = Counter({"a_1": 50, "b_1": 50, "c_0": 50, "a_1>b": 50, "b_1>c": 50})
+    load = Load({"a_1": 50, "b_1": 50, "c_0": 50, "a_1>b": 50, "b_1>c": 50})
     assert [span.lane for span in make_route(net, "w", ["a", "b", "c"], load=load).spans] == [1, 1, 0]
 
 
@@ -46,7 +46,7 @@ FORK = roads(
 
 def test_lanes_are_not_shared_with_many_who_go_elsewhere() -> None:
     """Who goes on takes the lane without those who turn, and changes lanes later; not for a few of them."""
-    few, many = ({"a_1": n, "a_1>left": n, "a_0": 50, "a_0>on": 50} for n in (10, 40))
+    few, many = (Load({"a_1": n, "a_1>left": n, "a_0": 50, "a_0>on": 50}) for n in (10, 40))
     assert [span.lane for span in make_route(FORK, "w", ["a", "on", "b"], load=few).spans] == [1, 1, 0]
     way = make_route(FORK, "w", ["a", "on", "b"], load=many)
     assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 0), (0, 1), (0, 0)]
@@ -97,7 +97,20 @@ def test_lanes_over_the_same_edges_are_chosen_once(monkeypatch: pytest.MonkeyPat
     first, second = (choices.make(name, ["a", "b", "c"]) for name in ("v", "w"))
     assert (len(chosen), second.id, second.spans) == (1, "w", first.spans)
     wished = choices.make("x", ["a", "b", "c"], wishes=LaneWishes(depart=1))
-    loaded = choices.make("y", ["a", "b", "c"], load=Counter({"a_0": 1, "b_0": 1, "c_0": 1}))
+    loaded = choices.make("y", ["a", "b", "c"], load=Load({"a_0": 1, "b_0": 1, "c_0": 1}))
     assert [way.spans[0].lane for way in (first, wished, loaded)] == [0, 1, 1]
     choices.make("z", ["a", "b", "c"], vclass="bus")
     assert len(chosen) == 4
+
+
+def test_the_fullest_lane_is_known_at_any_time() -> None:
+    """As the greatest of all numbers, whoever comes and goes."""
+    rng, load = Random(1), Load({"a": 2})
+    there: list[tuple[str, ...]] = [("a",), ("a",)]
+    for _ in range(300):
+        if there and rng.random() < 0.5:
+            load.take(there.pop(rng.randrange(len(there))))
+        else:
+            there.append(tuple(rng.sample("abcdef", 3)))
+            load.add(there[-1])
+        assert load.most == max(load.of.values())

@@ -10,10 +10,17 @@ from statistics import median
 from loopgate.network.cover.design import CoverTask, coverable, wanted_edges
 from loopgate.network.road import RoadNetwork
 
-__all__ = ["MOST_STREETS", "CoverPart", "parts"]
+__all__ = ["MOST_BYTES", "MOST_STREETS", "CoverPart", "parts", "search_bytes"]
 
 MOST_STREETS = 3_200
 """More streets than that are covered in parts: time and memory of a search grow with their square."""
+
+MOST_BYTES = 3_000_000_000
+"""A search that needs more memory is refused before it begins [bytes]."""
+
+_BYTES_OF_TWO = 34
+"""What a search keeps for each two streets: their distance four times, once for the search in reverse order,
+and the street before [bytes]; measured 33 to 34 at the most."""
 
 _MARGIN = 0.25
 """Loops of a part may leave its rectangle by this share of the longer side."""
@@ -66,6 +73,17 @@ def parts(network: RoadNetwork, task: CoverTask, count: int, most: int = MOST_ST
         pieces = sorted((*pieces[1:], *halves), key=len, reverse=True)
     whole = set(coverable(network, task))
     return [CoverPart(tuple(piece), _around(network, task, piece, at, whole)) for piece in pieces]
+
+
+def search_bytes(streets: int) -> int:
+    """Return how much memory a search takes at the most, for so many streets in one part [bytes].
+
+    Examples
+    --------
+    >>> f"{search_bytes(3_200) / 1e9:.1f} GB, {search_bytes(25_000) / 1e9:.0f} GB"
+    '0.3 GB, 21 GB'
+    """
+    return _BYTES_OF_TWO * streets * streets
 
 
 def _middle(network: RoadNetwork, edge: str) -> tuple[float, float]:

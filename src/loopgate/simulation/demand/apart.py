@@ -3,7 +3,6 @@
 A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that no gate can drive is refused.
 """
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -17,7 +16,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import LoopRefusal, NobodyGatedError, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
-from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, make_route
 from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
@@ -82,7 +81,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
     Each trip gets its lanes twice; the second time, the lanes of all other trips are known. Vehicles over the
     same lanes share one path.
     """
-    load: Counter[str] = Counter()
+    load = Load()
     led = {v.id: v.loop for v in vehicles if not v.loop.closed}
     used: dict[str, tuple[str, ...]] = {}
     alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
@@ -90,7 +89,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
     for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
         kind, said = vehicle.type, vehicle.attributes
         edges = vehicle.loop.edges
-        load.subtract(used.get(vehicle.id, ()))
+        load.take(used.get(vehicle.id, ()))
         way = alone.get((edges, kind.vclass)) or choices.make(
             vehicle.loop.id,
             edges,
@@ -104,7 +103,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
         if all(len(network.edges[edge].lanes) == 1 for edge in edges):
             alone[edges, kind.vclass] = way
         led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
-        load.update(used[vehicle.id])
+        load.add(used[vehicle.id])
     ways: dict[tuple[object, ...], Loop] = {}
     found = {vehicle.id: vehicle for vehicle in vehicles}
     for name, way in led.items():
