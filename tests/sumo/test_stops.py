@@ -277,19 +277,23 @@ def test_until_grows_by_the_cycle(tmp_path: Path) -> None:
     assert [float(one["ended"]) for one in made(tmp_path)] == [90.0, 290.0, 490.0, 690.0]
 
 
-def test_persons_ride_from_stop_to_stop(tmp_path: Path) -> None:
-    """They wait for the line that goes where they want to, and get off there."""
-    persons = tmp_path / "persons.rou.xml"
-    persons.write_text(
-        '<routes><person id="p" depart="5"><walk edges="B2C2" busStop="market"/>'
-        '<ride busStop="school" lines="7"/></person></routes>',
-        encoding="utf-8",
+@pytest.mark.parametrize("beside", ["beside", ""])
+def test_persons_ride_from_stop_to_stop(beside: str, tmp_path: Path) -> None:
+    """They wait for the line that goes where they want to, and get off there; from any route file."""
+    person = (
+        '<person id="p" type="who" depart="5"><walk edges="B2C2" busStop="market"/>'
+        '<ride busStop="school" lines="7"/></person>'
     )
+    kind = '<vType id="who" vClass="pedestrian" maxSpeed="2"/>'
+    (tmp_path / "persons.rou.xml").write_text(f"<routes>{kind}{person}</routes>", encoding="utf-8")
     text = (
         f'<route id="line" {LINE}><stop busStop="market" duration="9"/>'
         '<stop busStop="school" duration="9"/></route><vehicle id="v" route="line" depart="0" line="7"/>'
     )
-    run(tmp_path, text, traffic=str(persons))
+    if beside:
+        run(tmp_path, text, traffic=str(tmp_path / "persons.rou.xml"))
+    else:
+        run(tmp_path, kind + text + person)
     loaded = [(one["busStop"], one["loadedPersons"], one["unloadedPersons"]) for one in made(tmp_path)]
     assert ("market", "1", "0") in loaded
     assert ("school", "0", "1") in loaded

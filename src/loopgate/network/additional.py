@@ -11,6 +11,9 @@ from loopgate.network.xml_file import read_xml, write_xml
 FLEET = frozenset({"vehicle", "flow", "trip"})
 """Elements that are vehicles."""
 
+PERSONS = frozenset({"person", "personFlow", "container", "containerFlow"})
+"""Elements that are persons and containers."""
+
 _TYPES = frozenset({"vType", "vTypeDistribution"})
 _ROUTES = frozenset({"route", "routeDistribution"})
 """`_TYPES` and `_ROUTES`: the other elements of route files."""

@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.cache import Cache
 from loopgate.errors import NobodyGatedError, RouteError
-from loopgate.network.additional import FLEET, demand_beside
+from loopgate.network.additional import FLEET, PERSONS, demand_beside
 from loopgate.network.circling import Leads, Led, read_leads
 from loopgate.network.clock import as_number, time_of
 from loopgate.network.lanes import make_loop
@@ -172,10 +172,6 @@ _MEANS = {
     "departLane": "a vehicle starts on the lane that its loop needs there",
     "departSpeed": "vehicles start from rest",
     "speedFactor": "give it as speedFactor of a vType, so that the gate knows of it",
-    "person": "give persons in the file with the stops, or of ordinary traffic",
-    "personFlow": "give persons in the file with the stops, or of ordinary traffic",
-    "container": "give containers in the file with the stops",
-    "containerFlow": "give containers in the file with the stops",
     "repeat": "every loop is driven round and round",
     "index": "stops are made in the order of the loop",
     "started": "it is what SUMO writes",
@@ -229,6 +225,8 @@ def _untaken(
         if child.tag == "vType" or not isinstance(child.tag, str):
             continue
         if child.tag == "param" and element.tag in _FLEET:
+            continue
+        if child.tag in PERSONS and fleet:
             continue
         if child.tag not in _TAKEN:
             if fleet or element.tag != "routes":
@@ -305,9 +303,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     own = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
     more = demand_beside(beside, own)
     tops = [*own, *more]
-    if not tops:
-        msg = f"{path}: none of its vehicles is gated: it names no route files; or --gate open"
-        raise NobodyGatedError(msg)
+    _refuse_no_demand(network, path, tops)
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
@@ -357,6 +353,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
         vehicle_files=vehicle_files,
         ungated=ungated,
+        persons=tuple(_persons(own)),
         left_out=(
             *found.circling(path),
             *wayless(path, found.led),
@@ -365,6 +362,25 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         ),
         left_out_of_routes=left_out(tops, fleet=False),
     )
+
+
+def _refuse_no_demand(network: RoadNetwork, path: Path, tops: Tops) -> None:
+    """Raise `NobodyGatedError` if a configuration has no vehicles, and no loops for vehicles either."""
+    every = [one for _, top in tops for one in top]
+    routes = (_edges_of(one) for one in every if one.tag == "route")
+    nobody = is_sumo_config(path) and not any(one.tag in FLEET for one in every)
+    if not tops or (nobody and not all(closes(network, edges) for edges in routes)):
+        what = "it has routes only, and no vehicles" if tops else "it names no route files"
+        msg = f"{path}: none of its vehicles is gated: {what}; or --gate open"
+        raise NobodyGatedError(msg)
+
+
+def _persons(own: Tops) -> Iterator[ET.Element]:
+    """Yield the persons and containers of route files, after their types."""
+    found = [one for _, top in own for one in top if one.tag in PERSONS]
+    kinds = {one.get("type", "") for person in found for one in person.iter()} - {""}
+    yield from (one for _, top in own for one in top.iter("vType") if one.get("id") in kinds)
+    yield from found
 
 
 def refuse_nobody(path: Path, ungated: UngatedFleet) -> None:

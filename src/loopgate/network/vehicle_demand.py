@@ -295,6 +295,8 @@ class RoutesFile:
     """The additional files that contain vehicles of `vehicles`."""
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
     """The vehicles on trips that no gate can drive; `vehicles` does not contain them."""
+    persons: tuple[ET.Element, ...] = ()
+    """The persons and containers of the route files, with their types: they are left to SUMO."""
     left_out: tuple[str, ...] = ()
     left_out_of_routes: tuple[str, ...] = ()
     """`left_out` and `left_out_of_routes`: elements that loopgate ignores, a line for each kind; in all, and

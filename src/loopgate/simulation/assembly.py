@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from random import Random
+from xml.etree import ElementTree as ET
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary, Track, make_track
 from loopgate.abstraction.queues import make_queues
@@ -89,6 +90,8 @@ class Assembly:
         Additional files with some of the vehicles.
     begin_s
         When the simulation begins [s].
+    persons
+        Persons and containers of the route file, with their types, for SUMO.
     ordinary, ungated
         Vehicles of the route file that are not under the gate; `ungated` is written as the file has them.
     anew
@@ -114,6 +117,7 @@ class Assembly:
     stop_files: tuple[Path, ...] = ()
     vehicle_files: tuple[Path, ...] = ()
     begin_s: float = 0.0
+    persons: tuple[ET.Element, ...] = field(default=(), hash=False)
     ordinary: tuple[VehicleDemand, ...] = ()
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
     anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
@@ -234,6 +238,7 @@ def assemble(scenario: Scenario) -> Assembly:
         stops=fitted_stops(scenario, [*vehicles, *later], abstraction),
         stop_files=file.stop_files if file else (),
         vehicle_files=file.vehicle_files if file else (),
+        persons=file.persons if file and not scenario.counts_vehicles else (),
         begin_s=begins_s(scenario, file),
         ordinary=tuple(ordinary),
         ungated=sorted_out.ungated,

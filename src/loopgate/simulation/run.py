@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 from time import perf_counter
 from typing import Any
+from xml.etree import ElementTree as ET
 
 from loopgate.audit import read_layout, write_layout
 from loopgate.cache import frozen_objects
@@ -21,6 +22,7 @@ from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config
 from loopgate.network.traffic_file import TrafficFile, check_flows, read_traffic
 from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.network.xml_file import write_xml
 from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
@@ -304,6 +306,11 @@ def _input_options(
         refuse_what_leads_off(beside, assembly.loops)
     types = _types_of_others(assembly, ordinary) if scenario.gated else None
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path, types)
+    if assembly.persons:
+        top = ET.Element("additional")
+        top.extend(assembly.persons)
+        write_xml(top, folder / run_folder.PERSONS)
+        beside = (*beside, folder / run_folder.PERSONS)
     placed, later = (assembly.starts, assembly.departures) if scenario.gated else (assembly.everybody, ())
     round_ = [one for one in assembly.other_ways if one.loop.id in assembly.detours]
     starts = write_sumo_input(

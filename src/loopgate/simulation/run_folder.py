@@ -71,6 +71,7 @@ SUMO_LOG = "sumo.log"
 POSITIONS = "positions.csv.gz"
 LAYOUT = "layout.json"
 ORDINARY = "ordinary.rou.xml"
+PERSONS = "persons.add.xml"
 
 
 @dataclass(frozen=True, slots=True)

@@ -173,6 +173,10 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
     file.write_text('<configuration><net-file value="n"/></configuration>', encoding="utf-8")
     with pytest.raises(NobodyGatedError, match="names no route files"):
         read_loops(NET, file)
+    (tmp_path / "r.rou.xml").write_text('<routes><route id="r" edges="p1b s1"/></routes>')
+    file.write_text('<configuration><net-file value="n"/><route-files value="r.rou.xml"/></configuration>')
+    with pytest.raises(NobodyGatedError, match="routes only, and no vehicles"):
+        read_loops(NET, file)
 
 
 @pytest.mark.parametrize(
@@ -218,7 +222,6 @@ def test_what_is_left_out_is_said_once_for_each_kind(tmp_path: Path) -> None:
         "departPos of <vehicle> is left out (once, in vehicle b): a vehicle departs where its place has room",
         "departSpeed of <vehicle> is left out (once, in vehicle b): vehicles start from rest",
         "arrivalPos of <flow> is left out (once, in flow f): nobody arrives on a closed loop",
-        "<person> is left out (once, in p): give persons in the file with the stops, or of ordinary traffic",
     }
     assert [line.partition(" is left out")[0] for line in read.left_out_of_routes] == [
         f"{file}: repeat of <route>",
