@@ -173,7 +173,7 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
     file.write_text('<configuration><net-file value="n"/></configuration>', encoding="utf-8")
     with pytest.raises(NobodyGatedError, match="names no route files"):
         read_loops(NET, file)
-    (tmp_path / "r.rou.xml").write_text('<routes><route id="r" edges="p1b s1"/></routes>')
+    (tmp_path / "r.rou.xml").write_text('<routes><route id="r" edges="b c"/></routes>')
     file.write_text('<configuration><net-file value="n"/><route-files value="r.rou.xml"/></configuration>')
     with pytest.raises(NobodyGatedError, match="routes only, and no vehicles"):
         read_loops(NET, file)
