@@ -367,10 +367,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
 def _refuse_no_demand(network: RoadNetwork, path: Path, tops: Tops) -> None:
     """Raise `NobodyGatedError` if a configuration has no vehicles, and no loops for vehicles either."""
     every = [one for _, top in tops for one in top]
-    routes = (_edges_of(one) for one in every if one.tag == "route")
+    routes = [_edges_of(one) for one in every if one.tag == "route"]
     nobody = is_sumo_config(path) and not any(one.tag in FLEET for one in every)
-    if not tops or (nobody and not all(closes(network, edges) for edges in routes)):
-        what = "it has routes only, and no vehicles" if tops else "it names no route files"
+    if not tops or (nobody and not (routes and all(closes(network, edges) for edges in routes))):
+        what = "it has no vehicles" if tops else "it names no route files"
         msg = f"{path}: none of its vehicles is gated: {what}; or --gate open"
         raise NobodyGatedError(msg)
 

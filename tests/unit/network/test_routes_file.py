@@ -175,7 +175,7 @@ def test_a_configuration_without_files(tmp_path: Path) -> None:
         read_loops(NET, file)
     (tmp_path / "r.rou.xml").write_text('<routes><route id="r" edges="b c"/></routes>')
     file.write_text('<configuration><net-file value="n"/><route-files value="r.rou.xml"/></configuration>')
-    with pytest.raises(NobodyGatedError, match="routes only, and no vehicles"):
+    with pytest.raises(NobodyGatedError, match="is gated: it has no vehicles"):
         read_loops(NET, file)
 
 
