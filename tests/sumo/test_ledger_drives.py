@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import heart  # in analysis/
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from loopgate.control import crossings, driving, lamps, ledger, lights, steering
 from loopgate.control.places import Place, Vehicle
 from loopgate.network import RoadNetwork, generate_loops
+from loopgate.simulation.asked_gate import Deciding
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
@@ -40,6 +42,28 @@ def test_wakes_let_go_whom_asking_everybody_lets_go() -> None:
         for everybody in (False, True)
     ]
     assert granted[0] == granted[1]
+
+
+def test_rules_say_the_same_where_they_are_not_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a grant only vehicles are looked at twice near which it has changed something."""
+    made, asked = Deciding.ledger, list[int]()
+
+    def far(self: Deciding, *args: Any, **more: Any) -> ledger.Ledger:  # noqa: ANN401  passed on
+        found = made(self, *args, **more)
+        found.rules_look_near = len(asked) == 1
+        found.rules[:] = [counting, *found.rules]
+        return found
+
+    def counting(_vehicle: Vehicle, _now_s: float) -> None:
+        asked[-1] += 1
+
+    monkeypatch.setattr(Deciding, "ledger", far)
+    events = []
+    for _ in range(2):
+        asked.append(0)
+        events.append(heart.drive(*starts(200)).events.to_csv(index=False))
+    assert events[0] == events[1]
+    assert asked[0] < 0.9 * asked[1]
 
 
 def test_vehicles_leave_and_come_in_between_the_others() -> None:

@@ -1,7 +1,11 @@
 """Where closed walks can lie."""
 
+import networkx as nx
+from hypothesis import given
+from hypothesis import strategies as st
+
 from loopgate.network import RoadNetwork
-from loopgate.network.road_graph import parts_with_loops
+from loopgate.network.road_graph import parts_with_loops, strong_parts
 
 
 def test_parts_of_a_network() -> None:
@@ -22,3 +26,12 @@ def test_edges_that_lead_nowhere_are_no_part() -> None:
     """A street that no vehicle can drive round on has no closed walk."""
     street = RoadNetwork.open("sumo:fokr_bs_demo")
     assert parts_with_loops(street, vclass="passenger", u_turns=False) == ()
+
+
+@given(st.lists(st.tuples(st.integers(0, 12), st.integers(0, 12)), max_size=40))
+def test_parts_are_those_of_networkx(arcs: list[tuple[int, int]]) -> None:
+    """For every graph, also with arcs from a node to itself and several arcs between two."""
+    theirs: nx.DiGraph[str] = nx.DiGraph((str(tail), str(head)) for tail, head in arcs)
+    onward = {node: list(theirs.successors(node)) for node in theirs}
+    parts = map(sorted, nx.strongly_connected_components(theirs))
+    assert sorted(map(sorted, strong_parts(onward))) == sorted(parts)
