@@ -1,6 +1,5 @@
 """Locks on folders, and temporary folders that are removed when their process ends."""
 
-import fcntl
 import os
 import shutil
 import stat
@@ -10,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from loopgate.disk import writing
+from loopgate.machines import is_mine, lock
 
 _LOCK = ".lock"
 _PREFIX = "loopgate-"
@@ -42,7 +42,7 @@ class FolderLock:
         """
         descriptor = os.open(self._file, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(descriptor)
             # Who had it before may have removed the file since it was opened.
             mine = os.fstat(descriptor).st_ino == self._file.stat().st_ino
         except (BlockingIOError, FileNotFoundError):
@@ -74,12 +74,12 @@ def temporary_folder() -> Iterator[Path]:
     """
     remove_abandoned()
     with writing("the folder for temporary files (TMPDIR)"):
-        folder, lock = _make()
+        folder, held = _make()
     try:
         yield folder
     finally:
         _remove(folder)
-        lock.release()
+        held.release()
 
 
 def remove_abandoned() -> None:
@@ -93,22 +93,22 @@ def remove_abandoned() -> None:
 def _make() -> tuple[Path, FolderLock]:
     while True:
         folder = Path(tempfile.mkdtemp(prefix=_PREFIX))
-        lock = FolderLock(folder, _MARK)
-        if lock.acquire():
-            return folder, lock
+        held = FolderLock(folder, _MARK)
+        if held.acquire():
+            return folder, held
         # Another process was quicker to take it for abandoned.
 
 
 def _remove_if_abandoned(folder: Path) -> None:
     facts = folder.lstat()  # not of what a link leads to
-    if not stat.S_ISDIR(facts.st_mode) or facts.st_uid != os.getuid() or not (folder / _MARK).is_file():
+    if not stat.S_ISDIR(facts.st_mode) or not is_mine(facts.st_uid) or not (folder / _MARK).is_file():
         return
-    lock = FolderLock(folder, _MARK)
-    if lock.acquire():
+    held = FolderLock(folder, _MARK)
+    if held.acquire():
         try:
             _remove(folder)
         finally:
-            lock.release()
+            held.release()
 
 
 def _remove(folder: Path) -> None:

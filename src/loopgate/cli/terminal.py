@@ -93,7 +93,7 @@ def _apart() -> Iterator[IO[str]]:
         with open(kept, "w", encoding="utf-8", closefd=False) as stream:
             yield stream
     finally:
-        with suppress(OSError, AttributeError):
+        with suppress(OSError, AttributeError, TypeError):
             ctypes.CDLL(None).fflush(None)  # what SUMO has printed so far waits in the C library
         os.dup2(kept, _STDOUT)
         os.close(kept)

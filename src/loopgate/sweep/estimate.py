@@ -1,11 +1,11 @@
 """An estimate of the time that a sweep will take, from its finished rows or from a rule of thumb."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from loopgate.errors import SweepError
+from loopgate.machines import processors
 from loopgate.reading import is_folder, refusing
 from loopgate.results import columns as c
 from loopgate.runs.results import read_results
@@ -36,7 +36,7 @@ def estimate(points: Sequence[Point], folder: Path, workers: int | None = None) 
 
     Raises `ResultsError` if the folder holds rows that cannot be read.
     """
-    processes = workers or len(os.sched_getaffinity(0))
+    processes = workers or processors()
     runs = read_results(folder).runs if is_folder(folder / "rows") else None
     present = set() if runs is None else set(runs[c.KEY])
     missing = [point for point in points if point.key not in present]

@@ -28,6 +28,7 @@ import pyarrow.parquet as pq
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError, SweepError
 from loopgate.folders import FolderLock, remove_abandoned
+from loopgate.machines import processors
 from loopgate.reading import as_path, of_kind
 from loopgate.results import columns as c
 from loopgate.results.row_schema import ROW_SCHEMA
@@ -291,7 +292,7 @@ def run_sweep(  # noqa: PLR0913 - each is a choice of the caller's, all but two 
             )
             for point in todo
         )
-        workers = min(workers or len(os.sched_getaffinity(0)), max(len(todo), 1))
+        workers = min(workers or processors(), max(len(todo), 1))
         with _executor(executor, workers, timeout_s) as (pool, size):
             _drive(tasks, pool, window or 4 * size, state, cache(_pack))
         store.merge()

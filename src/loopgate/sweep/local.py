@@ -13,6 +13,7 @@ from multiprocessing.context import SpawnProcess
 from typing import Any, ParamSpec, TypeVar
 
 from loopgate.errors import LoopgateError
+from loopgate.machines import processors
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -56,7 +57,7 @@ class LocalExecutor(Executor):
     """
 
     def __init__(self, workers: int | None = None, *, timeout_s: float | None = None) -> None:
-        self.workers = workers or len(os.sched_getaffinity(0))
+        self.workers = workers or processors()
         self._timeout_s = timeout_s
         self._jobs: queue.Queue[_Job | None] = queue.Queue()
         self._stop = threading.Event()
@@ -194,8 +195,9 @@ class _Lane(threading.Thread):
 def _work(pipe: Connection) -> None:
     """Answer calls until the other end of the pipe is closed (in the worker process)."""
     # Sent to all processes of a sweep alike, they are the parent's to handle.
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # the last is none of Windows
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         pipe.send("ready")
@@ -226,6 +228,6 @@ def _end_with_parent() -> None:
 def _cause(exitcode: int | None) -> str:
     if exitcode is not None and exitcode < 0:
         name = signal.Signals(-exitcode).name
-        hint = "; out of memory?" if -exitcode == signal.SIGKILL else ""
+        hint = "; out of memory?" if name == "SIGKILL" else ""
         return f"signal {name}{hint}"
     return f"exit code {exitcode}"

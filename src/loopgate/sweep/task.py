@@ -10,10 +10,8 @@ import importlib
 import json
 import os
 import platform
-import resource
 import shutil
 import socket
-import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -29,6 +27,7 @@ from loopgate.analysis.rows import read_run_row
 from loopgate.disk import DISK_FULL
 from loopgate.errors import LoopgateError, SweepError
 from loopgate.folders import temporary_folder
+from loopgate.machines import peak_memory_bytes
 from loopgate.network.road import content_identity
 from loopgate.plugins import Plugins, in_file
 from loopgate.results import columns as c
@@ -54,8 +53,7 @@ def peak_memory_mb() -> float:
                 return int(line.split()[1]) / _KIB_PER_MIB
     except OSError:
         pass
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / _KIB_PER_MIB**2 if sys.platform == "darwin" else peak / _KIB_PER_MIB
+    return peak_memory_bytes() / _KIB_PER_MIB**2
 
 
 MANIFEST = "sweep.json"

@@ -1,6 +1,5 @@
 """Starts SUMO with options that hide no deadlock and no collision."""
 
-import resource
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -10,6 +9,7 @@ from typing import Any
 
 from loopgate.disk import disk_error
 from loopgate.errors import ResultsError, ScenarioError, SecondSimulationError, TrafficError
+from loopgate.machines import largest_file_bytes
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo_words import OUTPUTS, OWN_OUTPUT
 from loopgate.traffic.sumo import SumoTraffic
@@ -31,8 +31,7 @@ class DiskGuard:
     def __init__(self, file: Path) -> None:
         self._file = file
         self._folder = file.parent
-        limit, _ = resource.getrlimit(resource.RLIMIT_FSIZE)
-        self._limit = None if limit == resource.RLIM_INFINITY else limit
+        self._limit = largest_file_bytes()
 
     def check(self) -> None:
         """Check the space left on the disk.
