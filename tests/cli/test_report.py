@@ -15,7 +15,7 @@ def test_a_report_on_a_run_folder(tmp_path: Path) -> None:
     run = load_runner(f"{Path(__file__).parents[1] / 'unit' / 'sweep' / 'fake_runner.py'}:run")
     run({"vehicles": 10, "gate": "certified"}, tmp_path / "run")
     result = loopgate("report", "run", "-o", "page.html", cwd=tmp_path)
-    assert (result.returncode, result.stdout) == (0, "page.html, 9 figures and 19 tables in page-files\n")
+    assert (result.returncode, result.stdout) == (0, "page.html, 5 figures and 19 tables in page-files\n")
     assert "1 run, none failed." in (tmp_path / "page.html").read_text(encoding="utf-8")
 
 

@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False),
     help="Folder for GeoJSON, GPX, KML and CSV of each run folder among RESULTS.",
 )
+@click.option(
+    "--pdf",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Print the page, without its tables, to this file; needs Chromium, Chrome or Edge.",
+)
 @click.option("--open", "opened", is_flag=True, help="Open the page in a browser.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was written as JSON.")
 def report(
@@ -34,6 +39,7 @@ def report(
     out: Path | None,
     files: Path | None,
     export: Path | None,
+    pdf: Path | None,
     opened: bool,
     as_json: bool,
 ) -> None:
@@ -55,12 +61,18 @@ def report(
     if not as_json:
         beside = f", {made.figures} figures and {made.tables} tables in {made.files}" if made.files else ""
         click.echo(f"{made.page}{beside}")
+    if pdf is not None:
+        from loopgate.report.printing import print_page
+
+        print_page(made.page, pdf)
+        if not as_json:
+            click.echo(pdf)
     if opened:
         open_page(made.page)
     exported = [] if export is None else _export(loaded, export)
     if as_json:
         written = {"page": str(made.page), "files": str(made.files) if made.files else None}
-        written |= {"export": str(export) if exported else None}
+        written |= {"export": str(export) if exported else None, "pdf": str(pdf) if pdf else None}
         print_json(written | {"figures": made.figures, "tables": made.tables})
     elif exported:
         click.echo(f"{export}, {len(exported)} files")

@@ -306,10 +306,21 @@ class Content:
         missing = shown - self.tables.keys()
         self.figures = [item for item in self.figures if item.table not in missing]
 
+    def operator_first(self) -> None:
+        """Put first what an operator asks of one run: where vehicles lost time, and why."""
+        for name in ("laps", "junctions", "streets", "so-far"):  # one bar each, or said by others
+            self.drop(name)
+        self.figures.sort(key=lambda item: _FIRST.index(item.name) if item.name in _FIRST else len(_FIRST))
+        order = [name for name in _FIRST if name in self.tables]
+        self.tables = {name: self.tables[name] for name in (*order, *self.tables)}
+
     def drop(self, name: str) -> None:
         """Remove a figure."""
         self.figures = [item for item in self.figures if item.name != name]
 
+
+_FIRST = "stops", "blocked", "starving", "movements", "causes", "map", "time-space", "over-time"
+"""Tables and figures of a single run in the order of an operator's questions."""
 
 _BY = [c.SERIES, c.VEHICLES]
 _PERCENT = [0.05, 0.25, 0.5, 0.75, 0.95]
@@ -418,6 +429,7 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
     folders = list(results.run_folders.values())
     if len(runs) == 1 and len(folders) == 1 and (folders[0] / "vehicles.parquet").is_file():
         load += add_single_run(content, folders[0])
+        content.operator_first()
     promises = content.tables.get("promises")
     if promises is not None:
         content.watch_only()

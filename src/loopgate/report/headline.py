@@ -37,7 +37,7 @@ def title(sections: Sequence[Section]) -> str:
     gates = sorted({name.partition(", ")[0] for name in names}, key=open_first)
     several = [name for name in sorted(names) if _several(name, names)]
     differ = {_aspect(part, runs): None for name in several for part in name.split(", ")[1:]}
-    return f"{_listed(gates)}{f', by {_listed(list(differ))},' if differ else ''} on {where}"
+    return f"{_listed(gates)} on {where}{f', compared by {_listed(list(differ))}' if differ else ''}"
 
 
 def _several(name: str, names: Collection[str]) -> bool:
@@ -103,6 +103,7 @@ def headline(section: Section, said: str = "") -> list[str]:
         return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
     fresh = [text for text in _throughput(tables, section.runs) if text[1:] not in said]
     return [
+        *_service(tables),
         *fresh,
         *_truncated(section.runs),
         *_pairs(tables),
@@ -110,6 +111,40 @@ def headline(section: Section, said: str = "") -> list[str]:
         *_watching(section.runs, section.count),
         *_mishaps(section.runs),
     ]
+
+
+def _service(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Say of a single run whether its stops were kept, where most time was lost, and what was closed."""
+    sentences = []
+    if "stops" in tables:
+        stops = tables["stops"]
+        visits, timed = int(stops[c.VISITS].sum()), int(stops[c.TIMED].sum())
+        text = f"Stops: {counted(visits, 'visit')} at {counted(stops[c.STOP].nunique(), 'stop')}"
+        if timed:
+            share = float((stops[c.ON_TIME_60] * stops[c.TIMED]).sum()) / timed
+            text += f", {share:.0%} of them within a minute of the timetable"
+            text += f" (the latest {number(float(stops[c.WORST_LATENESS].max()))} s late)"
+        if stops[c.LONGEST_HEADWAY].notna().any():
+            longest = stops.iloc[int(stops[c.LONGEST_HEADWAY].fillna(-1.0).to_numpy().argmax())]
+            text += f"; longest headway {number(longest[c.LONGEST_HEADWAY])} s, at {longest[c.STOP]}"
+        sentences.append(f"{text}.")
+    if "movements" in tables:
+        worst = tables["movements"].iloc[0]
+        why = f", waiting mostly for {worst[c.CAUSE]}" if worst[c.CAUSE] else ""
+        sentences.append(
+            f"Most time was lost on the way {worst[c.MOVEMENT]} (junction {worst[c.JUNCTION]}): "
+            f"{number(worst[c.DELAY])} s a vehicle, level of service {worst[c.SERVICE_LEVEL]}{why}."
+        )
+    if "blocked" in tables:
+        blocked = tables["blocked"]
+        parts = [
+            f"{row[c.PLACE]} ({row[c.CAUSE]}) from {number(row[c.FROM])} s "
+            + ("to the end" if pd.isna(row[c.UNTIL]) else f"to {number(row[c.UNTIL])} s")
+            for _, row in blocked.head(_MOST_NAMES).iterrows()
+        ]
+        more = f" and {len(blocked) - len(parts)} more" if len(blocked) > len(parts) else ""
+        sentences.append(f"Nobody was let in to {', '.join(parts)}{more}.")
+    return sentences
 
 
 def watch_sentences(streets: pd.DataFrame) -> list[str]:

@@ -255,6 +255,37 @@ def _cell(row: pd.Series) -> str:
     return f"{mean} ({number(float(row[c.LOW]))} to {number(float(row[c.HIGH]))})"
 
 
+_STOPS = {
+    c.STOP: "stop",
+    c.LOOP: "loop",
+    c.VISITS: "visits",
+    c.HEADWAY: "headway [s]",
+    c.LONGEST_HEADWAY: "longest headway [s]",
+    c.LATENESS: "late, median [s]",
+    c.WORST_LATENESS: "late, worst [s]",
+    c.ON_TIME_60: "within a minute",
+}
+
+
+def stops_table(stops: pd.DataFrame) -> Cells:
+    """Return the cells of the table of stops, as a reader wants them; a dash for what is not known."""
+    names = [name for name in _STOPS if stops[name].notna().any()]
+    rows = [
+        [
+            str(row[name])
+            if name in {c.STOP, c.LOOP, c.VISITS}
+            else DASH
+            if pd.isna(row[name])
+            else f"{row[name]:.0%}"
+            if name == c.ON_TIME_60
+            else number(float(row[name]))
+            for name in names
+        ]
+        for _, row in stops.iterrows()
+    ]
+    return [_STOPS[name] for name in names], rows
+
+
 def write_headline(headings: list[str], rows: list[list[str]], said: str, file: Path) -> None:
     """Write the table for a paper that loads the package booktabs, with `said` as its caption."""
     text = latex_text(pd.DataFrame(rows, columns=headings), [True] * len(headings), said, file.stem)
@@ -484,7 +515,11 @@ class _Writer:
         }
 
     def _first(self, section: Section, tables: dict[str, TableItem], prefix: str) -> dict[str, Any] | None:
-        """Return the table that comes first, and write it for a paper: none of one run, or of a watch."""
+        """Return the table that comes first, and write it for a paper; of one run it is that of the stops."""
+        if len(section.runs) == 1 and "stops" in tables and section.watch is None:
+            stops = tables["stops"]
+            headings, rows = stops_table(stops.table)
+            return {"headings": headings, "rows": rows, "caption": f"{stops.title}.", "code": stops.code}
         item = tables.get("throughput")
         if item is None or section.watch is not None or len(section.runs) == 1:
             return None

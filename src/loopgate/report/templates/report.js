@@ -127,4 +127,5 @@ for (const box of document.querySelectorAll("input[data-series]")) {
   });
 }
 
+if (location.hash === "#brief") document.body.classList.add("brief"); // figures without tables, as report --pdf prints
 addEventListener("beforeprint", () => { for (const part of document.querySelectorAll("details")) part.open = true; });
