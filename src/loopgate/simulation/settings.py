@@ -10,6 +10,7 @@ from math import inf
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
+from loopgate.network.clock import seconds
 from loopgate.network.vehicle_type import VehicleType
 from loopgate.simulation.braking_trial import why_overruns
 
@@ -115,8 +116,8 @@ def is_on(value: str) -> bool:
 def with_defaults(kind: VehicleType, options: Mapping[str, str]) -> VehicleType:
     """Return a vehicle type with what SUMO's options say of types that say nothing themselves."""
     said = kind.attributes
-    more = {
-        attribute: options[name]
+    more = {  # an option may be a clock time, an attribute of a type may not
+        attribute: f"{seconds(options[name]):g}" if attribute == _ACTION else options[name]
         for name, attribute in DEFAULTS.items()
         if is_on(options.get(name, "")) and attribute not in said
     }
