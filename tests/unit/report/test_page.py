@@ -279,7 +279,8 @@ def test_long_names_of_series_make_no_long_title(make: Make, tmp_path: Path) -> 
     types = ["bus=1,passenger=3", "passenger=1"]
     grid = {"vehicles": [10, 80], "gate": ["open", "certified"], "lights": ["off", "obey"], "types": types}
     text = page(make(grid), tmp_path).text
-    assert text.startswith("SUMO's rules and loopgate on sumo:DRT, compared by lights and types: loopgate report")
+    what = "SUMO's rules and loopgate on sumo:DRT, compared by lights and types"
+    assert text.startswith(f"{what}: loopgate report")
     sentence = text[text.index("10 to 80 vehicles, 1 seed, 400 s each: ") :]
     sentence = sentence[: sentence.index(" Report on")]
     assert "vehicles drive most with \u201cloopgate, lights obeyed, types bus=1,passenger=3\u201d" in sentence
