@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from loopgate import Scenario
+from loopgate.errors import ScenarioError
 from loopgate.simulation.run import simulate
 from loopgate.simulation.sumo_options import HONOURED, UNDER_GATE
 
@@ -92,3 +93,6 @@ def test_defaults_of_types_hold_for_gated_vehicles(tmp_path: Path) -> None:
     assert (summary["vehicles"], summary["others"]["vehicles"], summary["audit"]) == (1, 1, "clean")
     assert any("a: vType DEFAULT_VEHTYPE: actionStepLength 3 is above" in w for w in summary["warnings"])
     assert any("vType own: speedFactor 1 with deviation 0.3" in w for w in summary["warnings"])
+    wrong = Scenario(network=network, routes=routes, sumo="--default.speeddev much", duration_s=60)
+    with pytest.raises(ScenarioError, match="default.speeddev is 'much'; expected a number"):
+        simulate(wrong)

@@ -12,6 +12,7 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.clock import seconds
 from loopgate.network.vehicle_type import VehicleType
+from loopgate.reading import shown
 from loopgate.simulation.braking_trial import why_overruns
 
 _MODEL, _TAU, _ACTION, _GAP, _MINOR = (
@@ -113,11 +114,20 @@ def is_on(value: str) -> bool:
     return value.strip().lower() not in _OFF
 
 
+def _as_attribute(name: str, value: str) -> str:
+    """Return the value of an option as a type takes it: an option may be a clock time, an attribute not."""
+    try:
+        return value if DEFAULTS[name] == _MODEL else f"{seconds(value):g}"
+    except ValueError as error:
+        msg = f"{name} is {shown(value)}; expected a number"
+        raise ScenarioError(msg) from error
+
+
 def with_defaults(kind: VehicleType, options: Mapping[str, str]) -> VehicleType:
     """Return a vehicle type with what SUMO's options say of types that say nothing themselves."""
     said = kind.attributes
-    more = {  # an option may be a clock time, an attribute of a type may not
-        attribute: f"{seconds(options[name]):g}" if attribute == _ACTION else options[name]
+    more = {
+        attribute: _as_attribute(name, options[name])
         for name, attribute in DEFAULTS.items()
         if is_on(options.get(name, "")) and attribute not in said
     }
