@@ -94,5 +94,5 @@ def test_defaults_of_types_hold_for_gated_vehicles(tmp_path: Path) -> None:
     assert any("a: vType DEFAULT_VEHTYPE: actionStepLength 3 is above" in w for w in summary["warnings"])
     assert any("vType own: speedFactor 1 with deviation 0.3" in w for w in summary["warnings"])
     wrong = Scenario(network=network, routes=routes, sumo="--default.speeddev much", duration_s=60)
-    with pytest.raises(ScenarioError, match="default.speeddev is 'much'; expected a number"):
+    with pytest.raises(ScenarioError, match=r"default.speeddev is 'much'; expected a number"):
         simulate(wrong)
