@@ -35,7 +35,8 @@ def sources(folder: Path) -> list[Path]:
     package = folder / "loopgate"
     control = sorted((package / "control").glob("*.py"))
     modules = [one for one in control if one.name != "__init__.py"]
-    return [*modules, package / "gates" / "certified" / "chain.py", package / "negotiation" / "formulas.py"]
+    beside = "gates/certified/chain.py", "negotiation/formulas.py", "network/cover/ruin.py"
+    return [*modules, *(package / name for name in beside)]
 
 
 def libraries(folder: Path) -> list[Path]:

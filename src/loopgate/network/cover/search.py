@@ -1,17 +1,18 @@
 """Searches for several closed tours whose longest is short: large-neighbourhood search in rounds."""
 
 import math
+from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
-from loopgate.network.cover.kernel import POWER, nearest, rebuild, worth
+from loopgate.network.cover.ruin import POWER, Search, Tours, worth
 from loopgate.network.cover.tours import assigned, cut_in_two, split
 
 ROUNDS, _IDLE = 16, 4
-_MOVES, _MOVES_OF_EACH, _MOVES_OF_ALL = 300_000, 1_000, 400_000_000
+_MOVES, _MOVES_OF_EACH, _MOVES_OF_ALL = 150_000, 500, 200_000_000
 _PAIRS, _PAIR_CELLS = 150, 5_000_000
 """Effort of each round: moves of each street (fewer with many streets), and pairs of tours that are made
 again (fewer with large tours). The search ends after `_IDLE` rounds without a gain."""
@@ -74,13 +75,13 @@ def search(cost: Floats, tours: Sequence[Ints], count: int, bound: float, *, see
     best = _plan(cost, tours) if len(tours) > 1 else _begin(cost, tours[0], count, bound)
     yield best
     rng = np.random.default_rng(seed)
-    near, around = _neighbours(cost)
+    moving = _searching(cost)
     warmth = min(_HEAT * len(best.tours) / len(cost), _MOST_HEAT)
     idle = 0
     for number in range(ROUNDS // 2 if len(tours) > 1 else 0, ROUNDS):
         heat = 1.0 - number / ROUNDS
         now = _given_up(cost, best, bound) if number % 2 else best
-        now = _moved(cost, near, around, now, bound, warmth * heat, int(rng.integers(2**31)))
+        now = _moved(cost, moving, now, bound, warmth * heat, int(rng.integers(2**31)))
         if len(best.tours) > 1:
             now = _paired(cost, now, bound, _PAIR_HEAT * heat, rng)
         idle = 0 if _better(now, best, bound) else idle + 1
@@ -106,15 +107,20 @@ def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> TourPlan:
     return _plan(cost, tours)
 
 
-def _neighbours(cost: Floats) -> tuple[Ints, Ints]:
-    """Return the neighbour tables `near` and `around` of `rebuild`."""
+def _searching(cost: Floats) -> Search:
+    """Return the search that moves streets, with the neighbours of each street."""
     far = cost.copy()
     np.fill_diagonal(far, np.inf)
-    back = np.ascontiguousarray(far.T)
-    either = np.minimum(far, back)
+    either = np.minimum(far, far.T)
     np.fill_diagonal(either, -1.0)
-    near = np.stack([nearest(d, min(_NEAR, len(cost) - 1)) for d in (back, far)])
-    return near, nearest(either, min(_AROUND, len(cost)))
+    some = min(_NEAR, len(cost) - 1)
+    rows = [array("d", row.tolist()) for row in cost]
+    return Search(rows, _nearest_of(far.T, some), _nearest_of(far, some), _nearest_of(either, _AROUND))
+
+
+def _nearest_of(rows: Floats, count: int) -> list[list[int]]:
+    """Return the columns of the least values of each row, in ascending order."""
+    return [np.argsort(row, kind="stable")[:count].tolist() for row in rows]
 
 
 def _better(one: TourPlan, other: TourPlan, bound: float) -> bool:
@@ -122,21 +128,17 @@ def _better(one: TourPlan, other: TourPlan, bound: float) -> bool:
     return (max(one.longest, least), one.total) < (max(other.longest, least), other.total)
 
 
-def _moved(
-    cost: Floats, near: Ints, around: Ints, plan: TourPlan, bound: float, heat: float, seed: int
-) -> TourPlan:
-    links = np.empty((2, len(cost)), dtype=np.int64)
-    on = np.empty(len(cost), dtype=np.int64)
+def _moved(cost: Floats, moving: Search, plan: TourPlan, bound: float, heat: float, seed: int) -> TourPlan:
+    before, behind, on = ([0] * len(cost) for _ in range(3))
     for number, tour in enumerate(plan.tours):
-        on[tour], links[0, tour], links[1, tour] = number, np.roll(tour, 1), np.roll(tour, -1)
-    sizes = np.array([len(tour) for tour in plan.tours])
+        order = tour.tolist()
+        for here, following in zip(order, order[1:] + order[:1], strict=True):
+            on[here], behind[here], before[following] = number, following, here
+    tours = Tours(before, behind, on, [len(tour) for tour in plan.tours], list(plan.lengths))
     string = min(max(len(cost) // len(plan.tours) // 2, _STRING[0]), _STRING[1])
     least = bound * (1.0 + _AT_BOUND)
-    links, on, *_ = rebuild(
-        cost,
-        near,
-        around,
-        (links, on, sizes, np.array(plan.lengths)),
+    made = moving.rebuild(
+        tours,
         plan.longest,
         _SHARE if plan.longest > least else _SHARE_AT_BOUND,
         least,
@@ -145,13 +147,7 @@ def _moved(
         string,
         seed,
     )
-    tours = []
-    for number in range(len(plan.tours)):
-        order = [int(np.flatnonzero(on == number)[0])]
-        while (following := int(links[1, order[-1]])) != order[0]:
-            order.append(following)
-        tours.append(np.array(order))
-    return _plan(cost, tours)
+    return _plan(cost, [np.array(order) for order in made.orders()])
 
 
 def _given_up(cost: Floats, plan: TourPlan, bound: float) -> TourPlan:

@@ -9,7 +9,6 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from loopgate.arrays import Floats, Ints
-from loopgate.kernel_cache import kernel
 
 _WITHIN = 0.002
 _CUT_AT = 4
@@ -55,17 +54,16 @@ def _patched(cost: Floats, following: Ints) -> Ints:
     return order
 
 
-@kernel
 def _cheapest_exchange(cost: Floats, following: Ints, some: Ints, others: Ints) -> tuple[int, int]:
     """Return a node of one set and a node of another whose exchange of followers costs least."""
-    least, found = np.inf, (some[0], others[0])
-    for x in some:
-        after_x = following[x]
-        for y in others:
-            after_y = following[y]
-            extra = cost[x, after_y] - cost[x, after_x] - cost[y, after_y]
-            if extra < least and extra + cost[y, after_x] < least:
-                least, found = extra + cost[y, after_x], (x, y)
+    after = following[others]
+    saved = cost[others, after]
+    least, found = np.inf, (int(some[0]), int(others[0]))
+    for x in some.tolist():
+        extra = cost[x, after] - cost[x, following[x]] - saved + cost[others, following[x]]
+        y = int(extra.argmin())
+        if extra[y] < least:
+            least, found = float(extra[y]), (x, int(others[y]))
     return found
 
 
@@ -78,28 +76,22 @@ def cut_in_two(cost: Floats, tour: Ints, power: int, scale: float) -> tuple[Ints
     return tour[begin : end + 1], np.concatenate((tour[end + 1 :], tour[:begin]))
 
 
-@kernel
 def _best_cut(between: Floats, power: int, scale: float) -> tuple[int, int]:
     """Return first and last index of the piece to cut out of a tour; costs are in the tour's order."""
     size = len(between)
-    along = np.zeros(size + 1)
-    for place in range(size):
-        along[place + 1] = along[place] + between[place, (place + 1) % size]
+    step = between[np.arange(size), np.roll(np.arange(size), -1)]
+    along = np.concatenate(([0.0], np.cumsum(step)))
     least, found = np.inf, (0, 0)
     for begin in range(size):
-        before = (begin - 1) % size
-        onto = between[before, begin]
-        for end in range(begin, min(size, begin + size - 1)):
-            inside = along[end] - along[begin]
-            behind = (end + 1) % size
-            piece = inside + between[end, begin]
-            rest = along[size] - onto - inside - between[end, behind] + between[before, behind]
-            longer = max(piece, rest) / scale
-            if longer**power >= least:
-                continue
-            total = longer**power + (max(min(piece, rest), 0.0) / scale) ** power
-            if total < least:
-                least, found = total, (begin, end)
+        before, end = (begin - 1) % size, np.arange(begin, min(size, begin + size - 1))
+        inside, behind = along[end] - along[begin], (end + 1) % size
+        piece = inside + between[end, begin]
+        rest = along[size] - between[before, begin] - inside - step[end] + between[before, behind]
+        longer, shorter = np.maximum(piece, rest) / scale, np.maximum(np.minimum(piece, rest), 0.0) / scale
+        total = longer**power + shorter**power
+        best = int(total.argmin())
+        if total[best] < least:
+            least, found = float(total[best]), (begin, int(end[best]))
     return found
 
 
