@@ -37,7 +37,7 @@ from importlib.metadata import version
 from loopgate import Scenario, run
 made = run(Scenario(network="networks/grid5-priority.net.xml", loops=3, vehicles=6, duration_s=30))
 assert made.summary["outcome"] == "done", made.summary
-names = "numpy", "numba", "pandas", "pyarrow", "scipy", "shapely"
+names = "numpy", "pandas", "pyarrow", "scipy", "shapely"
 print(" ".join(f"{name} {version(name)}" for name in names))
 """
 

@@ -13,7 +13,7 @@ from compiled_wheel import stale
 from hypothesis import settings
 from numba import config
 
-from loopgate import kernel_cache
+from loopgate.research import kernel_cache
 
 # Examples are derived from the test, not from chance: a red test stays red until it is mended.
 settings.register_profile("quick", deadline=None, max_examples=60, derandomize=True)
@@ -29,7 +29,7 @@ def pytest_configure() -> None:
 
     Shells in the background tell theirs to ignore it.
     """
-    tested, ours = Path(kernel_cache.__file__).resolve().parent, Path(__file__).resolve().parents[1]
+    tested, ours = Path(kernel_cache.__file__).resolve().parents[1], Path(__file__).resolve().parents[1]
     if not tested.is_relative_to(ours):
         msg = f"{ours}: its tests would test {tested}; run `make test` here, or put {ours}/src on PYTHONPATH"
         raise pytest.UsageError(msg)
@@ -38,12 +38,8 @@ def pytest_configure() -> None:
         raise pytest.UsageError(msg)
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    for group in (
-        "drive",
-        "network",
-        "research",
-    ):  # else it is said in the middle of a test that they compile
-        kernel_cache.mark(config.CACHE_DIR, group)  # type: ignore[attr-defined]
+    # Else it is said in the middle of a test that they compile.
+    kernel_cache.mark(config.CACHE_DIR, "research")  # type: ignore[attr-defined]
 
 
 def _refusals() -> int:

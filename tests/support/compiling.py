@@ -8,7 +8,7 @@ from numba import config
 
 import loopgate
 from loopgate.cli.warm_up import compile_all
-from loopgate.kernel_cache import mark
+from loopgate.research.kernel_cache import mark
 
 if __name__ == "__main__":
     # Where PYTHONDONTWRITEBYTECODE is set, hundreds of processes would keep nothing of what they compile.

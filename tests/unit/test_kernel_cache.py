@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from loopgate import kernel_cache
-from loopgate.kernel_cache import kernel_folder, mark
+from loopgate.research import kernel_cache
+from loopgate.research.kernel_cache import kernel_folder, mark
 
 
 def package(folder: Path) -> Path:
@@ -45,7 +45,7 @@ def test_a_change_in_a_file_leads_to_another_folder(given: str, tmp_path: Path) 
 
 def test_all_that_is_compiled_lies_where_changes_count() -> None:
     """Constants too, that compiled code takes from elsewhere."""
-    package = Path(kernel_cache.__file__).parent
+    package = Path(kernel_cache.__file__).parents[1]
     known = {file for room in kernel_cache._ROOMS for file in package.glob(room)}
     used = re.compile(r"kernel_cache import .*\bkernel\b")
     compiled = {file for file in package.rglob("*.py") if used.search(file.read_text("utf-8"))}
@@ -121,16 +121,9 @@ def test_an_installation_that_cannot_be_written_to(tmp_path: Path, monkeypatch: 
     assert kernel_folder("", sources) == ""
 
 
-@pytest.mark.parametrize(
-    "module",
-    [
-        "loopgate.network.cover.kernel",
-        "loopgate.network.cover.tours",
-        "loopgate.research.state_space.kernels",
-    ],
-)
-def test_kernels_are_kept_there(module: str, tmp_path: Path) -> None:
-    """Whatever is imported first, and where the user wants them."""
+def test_kernels_are_kept_there(tmp_path: Path) -> None:
+    """Where the user wants them."""
+    module = "loopgate.research.state_space.kernels"
     script = (
         f"import importlib, numba\nfound = vars(importlib.import_module({module!r})).values()\n"
         "print(*(f.stats.cache_path for f in found if hasattr(f, 'overloads') and f.stats.cache_path))\n"
@@ -146,14 +139,15 @@ def test_kernels_are_kept_there(module: str, tmp_path: Path) -> None:
 def test_compiling_is_announced_once(tmp_path: Path) -> None:
     """Not where nothing is compiled, nor where something of the kind was; and never into stdout."""
     script = (
-        "import sys\nfrom loopgate.network.cover.kernel import worth\n"
-        "sys.stderr.write('imported\\n')\nworth(2.0, 1.0, 1.0)\nworth(*map(eval, sys.argv[1:]))\n"
+        "import sys, numpy\nfrom loopgate.research.state_space.kernels import new_slots, rehash\n"
+        "sys.stderr.write('imported\\n')\nkeys = numpy.zeros((1, 1), numpy.uint64)\n"
+        "rehash(new_slots(2), keys, 1)\nrehash(new_slots(2), keys, eval(sys.argv[1]))\n"
     )
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     said = []
-    for lengths in (["2.0", "1.0", "1.0"], ["2", "1", "1"]):
+    for count in ("1", "numpy.uint8(1)"):
         done = subprocess.run(
-            [sys.executable, "-c", script, *lengths],
+            [sys.executable, "-c", script, count],
             env=environment,
             capture_output=True,
             text=True,
@@ -161,7 +155,7 @@ def test_compiling_is_announced_once(tmp_path: Path) -> None:
         )
         assert not done.stdout
         said.append(done.stderr)
-    line = "loopgate: compiling its kernels (network), once for this version; about half a minute\n"
+    line = "loopgate: compiling its kernels (research), once for this version; about half a minute\n"
     assert said == [f"imported\n{line}", "imported\n"]
 
 
@@ -173,3 +167,14 @@ def test_without_a_folder_nothing_is_marked(tmp_path: Path, monkeypatch: pytest.
     assert not list(tmp_path.iterdir())
     assert mark(str(tmp_path), "drive")
     assert not mark(str(tmp_path), "drive")
+
+
+def test_without_numba_exploration_says_what_to_install() -> None:
+    """One line; nothing that drives asks for it."""
+    words = "['loopgate', 'study', 'explore', 'src/loopgate/research/theory/instances/fig10.json']"
+    script = f"import sys; sys.modules['numba'] = None; sys.argv = {words}\n"
+    script += "import loopgate.network.cover.search, loopgate.simulation.run\n"
+    script += "from loopgate.cli.main import main; main()"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    line = "loopgate: exhaustive exploration needs numba; pip install 'sumo-loopgate[explore]'\n"
+    assert (done.returncode, done.stderr) == (2, line)

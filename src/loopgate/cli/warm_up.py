@@ -1,75 +1,17 @@
-"""``loopgate study warm-up``: compile in advance what covering loops and exploration need."""
+"""``loopgate study warm-up``: compile in advance what exploration needs."""
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
-from collections.abc import Callable, Iterable
-from queue import SimpleQueue
-from threading import Thread
+from collections.abc import Callable
 
 import click
 
 from loopgate.cli.terminal import print_json, show_progress
-from loopgate.errors import LoopgateError
-
-_PRINTED = "compiled:"
-"""Begins a line of a process that compiles, about one function."""
-
-
-def _cover() -> None:
-    """Cover a few streets with loops, and join two tours: one assignment may be a tour already."""
-    import numpy as np
-
-    from loopgate.abstraction.covering import cover_streets
-    from loopgate.network import RoadNetwork
-    from loopgate.network.cover.design import CoverTask
-    from loopgate.network.cover.tours import joined
-
-    cover_streets(RoadNetwork.open("sumo:square"), CoverTask(), 2)
-    joined(np.ones((4, 4)), (np.array([0, 1]), np.array([2, 3])))
-
-
-def _study() -> None:
-    """Explore a small system by each promise, and play random rounds."""
-    import numpy as np
-
-    from loopgate.gates import make_gate
-    from loopgate.research.runs.kernel_rounds import count_live_rounds
-    from loopgate.research.state_space import StateSpace, explore
-    from loopgate.research.state_space.encoding import Encoding
-    from loopgate.research.theory.instances import instance
-
-    system = instance("fig10")
-    for gate in ("certified", "certified:promise=somebody"):
-        explore(system, make_gate(gate, system), counterexample=True)
-    StateSpace(system).number(system.initial)
-    arrays, start = Encoding(system).arrays, np.array(system.initial.positions, np.int64)
-    count_live_rounds(1, 1, start, arrays.after, arrays.state, arrays.room)
-
-
-PARTS: dict[str, Callable[[], None]] = {
-    "covering loops": _cover,
-    "exploration": _study,
-}
-"""What is compiled, by what needs it."""
-
-_SHARES = (tuple(PARTS)[::2], tuple(PARTS)[1::2])
-"""Which parts each of two processes compiles."""
-
-
-def compile_parts(names: Iterable[str]) -> None:
-    """Compile some parts of loopgate, and print the name of each compiled function."""
-    from loopgate.kernel_cache import listen_to_compiling
-
-    listen_to_compiling(lambda name: print(_PRINTED, name, flush=True))  # noqa: T201  the process before reads it
-    for name in names:
-        PARTS[name]()
 
 
 def compile_all(tell: Callable[[int], None] = lambda _: None) -> int:
-    """Compile everything in two processes at once.
+    """Compile everything: explore a small system by each promise, and play random rounds.
 
     Parameters
     ----------
@@ -84,50 +26,41 @@ def compile_all(tell: Callable[[int], None] = lambda _: None) -> int:
     Raises
     ------
     LoopgateError
-        If one of the processes fails; with its last line.
+        If numba is not installed.
     """
-    lines: SimpleQueue[str | None] = SimpleQueue()
-    code = "import sys; from loopgate.cli.warm_up import compile_parts; compile_parts(sys.argv[1:])"
-    started = [
-        subprocess.Popen(  # noqa: S603  this interpreter
-            [sys.executable, "-c", code, *share],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        for share in _SHARES
-    ]
-    for process in started:
-        Thread(target=_read, args=(process, lines), daemon=True).start()
-    count, left, last = 0, len(started), "a process that compiles has ended"
-    while left:
-        line = lines.get()
-        if line is None:
-            left -= 1
-        elif line.startswith(_PRINTED):
-            count += 1
-            tell(count)
-        else:
-            last = line.strip() or last
-    if any(process.wait() for process in started):
-        msg = f"warm-up: {last}"
-        raise LoopgateError(msg)
-    return count
+    from loopgate.research.kernel_cache import listen_to_compiling
 
+    compiled: list[str] = []
 
-def _read(process: subprocess.Popen[str], lines: SimpleQueue[str | None]) -> None:
-    with process:
-        for line in process.stdout or ():
-            lines.put(line)
-    lines.put(None)
+    def note(name: str) -> None:
+        compiled.append(name)
+        tell(len(compiled))
+
+    listen_to_compiling(note)
+
+    import numpy as np
+
+    from loopgate.gates import make_gate
+    from loopgate.research.runs.kernel_rounds import count_live_rounds
+    from loopgate.research.state_space import StateSpace, explore
+    from loopgate.research.state_space.encoding import Encoding
+    from loopgate.research.theory.instances import instance
+
+    system = instance("fig10")
+    for gate in ("certified", "certified:promise=somebody"):
+        explore(system, make_gate(gate, system), counterexample=True)
+    StateSpace(system).number(system.initial)
+    arrays, start = Encoding(system).arrays, np.array(system.initial.positions, np.int64)
+    count_live_rounds(1, 1, start, arrays.after, arrays.state, arrays.room)
+    return len(compiled)
 
 
 @click.command(name="warm-up")
 @click.option("--json", "as_json", is_flag=True, help="Print how many functions, and the time, as JSON only.")
 def warm_up(*, as_json: bool) -> None:
-    """Compile what covering loops and exploration need, once for each version.
+    """Compile what exploration needs, once for each version.
 
-    Runs compile nothing. Without this command the first use of either compiles what it needs, and says so.
+    Runs and loops compile nothing. Without this command the first use compiles what it needs, and says so.
     """
     began = time.monotonic()
     with show_progress("functions compiled") as report:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from loopgate.arrays import Ints
-from loopgate.kernel_cache import kernel
+from loopgate.research.kernel_cache import kernel
 
 
 @kernel

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from loopgate.arrays import Flags, Ints, Small, Words
-from loopgate.kernel_cache import kernel
+from loopgate.research.kernel_cache import kernel
 from loopgate.research.state_space.encoding import Arrays
 
 _MIX: Final = np.uint64(0x9E3779B97F4A7C15)

@@ -16,13 +16,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import config, njit
-from numba.core import event
+from loopgate.errors import LoopgateError
 
-_PACKAGE = Path(__file__).parent
-_ROOMS = "*.py", "gates/*.py", "network/cover/*.py", "research/**/*.py"
+try:
+    from numba import config, njit
+    from numba.core import event
+except ImportError as error:  # an extra
+    msg = "exhaustive exploration needs numba; pip install 'sumo-loopgate[explore]'"
+    raise LoopgateError(msg) from error
+
+_PACKAGE = Path(__file__).parents[1]
+_ROOMS = "*.py", "gates/*.py", "research/**/*.py"
 """The sources that what is compiled depends on."""
 
+_NAME = _PACKAGE.name
 _PREFIX = "loopgate-kernels-"
 _OLD_S = 7 * 24 * 3600.0
 """After so long what was compiled of other sources is deleted [s]."""
@@ -101,7 +108,7 @@ class _Announcer(event.Listener):
         function = event.data["dispatcher"].py_func
         package, _, module = function.__module__.partition(".")
         group = module.partition(".")[0]
-        if package == __package__ and mark(config.CACHE_DIR, group):  # type: ignore[attr-defined]
+        if package == _NAME and mark(config.CACHE_DIR, group):  # type: ignore[attr-defined]
             text = f"compiling its kernels ({group}), once for this version; about half a minute"
             sys.stderr.write(f"loopgate: {text}\n")
             sys.stderr.flush()
@@ -125,7 +132,7 @@ class _Listener(event.Listener):
 
     def on_end(self, event: event.Event) -> None:
         function = event.data["dispatcher"].py_func
-        if function.__module__.partition(".")[0] == __package__:
+        if function.__module__.partition(".")[0] == _NAME:
             self._tell(f"{function.__module__}.{function.__qualname__}")
 
 
