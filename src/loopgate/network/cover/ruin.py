@@ -66,7 +66,7 @@ class Tours:
         return found
 
 
-class Search:
+class StreetMover:
     """Takes streets out of tours and inserts them again, many times.
 
     Parameters

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
-from loopgate.network.cover.ruin import POWER, Search, Tours, worth
+from loopgate.network.cover.ruin import POWER, StreetMover, Tours, worth
 from loopgate.network.cover.tours import assigned, cut_in_two, split
 
 ROUNDS, _IDLE = 16, 4
@@ -107,7 +107,7 @@ def _begin(cost: Floats, tour: Ints, count: int, bound: float) -> TourPlan:
     return _plan(cost, tours)
 
 
-def _searching(cost: Floats) -> Search:
+def _searching(cost: Floats) -> StreetMover:
     """Return the search that moves streets, with the neighbours of each street."""
     far = cost.copy()
     np.fill_diagonal(far, np.inf)
@@ -115,7 +115,7 @@ def _searching(cost: Floats) -> Search:
     np.fill_diagonal(either, -1.0)
     some = min(_NEAR, len(cost) - 1)
     rows = [array("d", row.tolist()) for row in cost]
-    return Search(rows, _nearest_of(far.T, some), _nearest_of(far, some), _nearest_of(either, _AROUND))
+    return StreetMover(rows, _nearest_of(far.T, some), _nearest_of(far, some), _nearest_of(either, _AROUND))
 
 
 def _nearest_of(rows: Floats, count: int) -> list[list[int]]:
@@ -128,7 +128,9 @@ def _better(one: TourPlan, other: TourPlan, bound: float) -> bool:
     return (max(one.longest, least), one.total) < (max(other.longest, least), other.total)
 
 
-def _moved(cost: Floats, moving: Search, plan: TourPlan, bound: float, heat: float, seed: int) -> TourPlan:
+def _moved(
+    cost: Floats, moving: StreetMover, plan: TourPlan, bound: float, heat: float, seed: int
+) -> TourPlan:
     before, behind, on = ([0] * len(cost) for _ in range(3))
     for number, tour in enumerate(plan.tours):
         order = tour.tolist()
