@@ -1,4 +1,4 @@
-"""Algorithm 2 fails where docs/studies/what-is-not-true.md says so; the search finds such systems again."""
+"""Algorithm 2 fails where docs/studies/paper.md says so; the search finds such systems again."""
 
 from __future__ import annotations
 

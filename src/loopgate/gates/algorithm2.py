@@ -2,7 +2,7 @@
 
 Like the paper's algorithm it is neither safe nor free of blocking. There are systems of five robots in which
 it admits a move into an inevitable deadlock, and others in which it stops all robots in a live configuration
-(docs/studies/what-is-not-true.md). The gate ``certified`` does neither.
+(docs/studies/paper.md). The gate ``certified`` does neither.
 
 A *full* state has no free slot. A state of capacity 1 with a robot in it is an occupied collision state: its
 robot must leave before another robot can enter. A state of larger capacity with a free slot is as good as a
@@ -13,7 +13,7 @@ they count as having one.
 
 The lemmas give conditions that every higher-order deadlock fulfils; Theorem 1 turns them round into reasons
 for a circuit to be live. They are stated as the paper states them, which is not to say that they hold: the
-second condition of Theorem 1 looks one step ahead, which is not enough (docs/studies/what-is-not-true.md).
+second condition of Theorem 1 looks one step ahead, which is not enough (docs/studies/paper.md).
 
 It gives the answer of `theorem1` for the circuits of `circuits_through`, but does not list circuits that
 condition (1) makes live. Sets of states are whole numbers, one bit per state.
