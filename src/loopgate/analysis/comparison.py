@@ -53,7 +53,9 @@ def compute_mean(
         rows.append(
             {**names, c.RUNS: int(sample.size), c.MEAN: mean, c.STD: spread, c.LOW: low, c.HIGH: high}
         )
-    return table(rows, [*by, c.RUNS, c.MEAN, c.STD, c.LOW, c.HIGH])
+    made = table(rows, [*by, c.RUNS, c.MEAN, c.STD, c.LOW, c.HIGH])
+    made.attrs[c.OF] = value
+    return made
 
 
 def compute_paired(
@@ -138,7 +140,9 @@ def compute_paired(
                 c.BETTER: float((difference > 0).mean()),
             }
         )
-    return table(rows, [of, *by, c.BASELINE, c.PAIRS, c.DIFFERENCE, c.LOW, c.HIGH, c.KIND, c.RATIO, c.BETTER])
+    made = table(rows, [of, *by, c.BASELINE, c.PAIRS, c.DIFFERENCE, c.LOW, c.HIGH, c.KIND, c.RATIO, c.BETTER])
+    made.attrs[c.OF] = value
+    return made
 
 
 def compute_fundamental(*, runs: pd.DataFrame, by: Sequence[str] = ()) -> pd.DataFrame:

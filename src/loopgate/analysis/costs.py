@@ -216,7 +216,7 @@ def compute_ranked(
     order = sums[sums[c.STOOD] > 0].sort_values(
         [*by, c.STOOD, what], ascending=[*[True] * len(by), False, True], kind="stable"
     )
-    return order.groupby(list(by)).head(first).reset_index(drop=True)
+    return (order.groupby(list(by)) if by else order).head(first).reset_index(drop=True)
 
 
 def _stack(lists: pd.Series, width: int) -> np.ndarray:

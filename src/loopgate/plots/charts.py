@@ -18,7 +18,7 @@ from loopgate.results import columns as c
 _VEHICLES = "vehicles"
 
 
-def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
+def plot_capacity(capacity: pd.DataFrame, *, series: str = "", among: Sequence[str] = ()) -> Chart:
     """Draw the number of vehicles with the greatest throughput, from `compute_capacity`.
 
     Examples
@@ -29,6 +29,7 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": [20, 40, 60], "km_per_h": [90.0, 150.0, 80.0]})
     >>> plot_capacity(compute_capacity(runs=runs)).save("figure.svg")
     """
+    capacity, series = with_series(capacity, series)
     known = series_names(capacity, series)
     color = alt.Color(f"{series}:N", scale=alt.Scale(domain=list(among or known)), legend=None)
     base = alt.Chart().encode(y=alt.Y(f"{series}:N", sort=known, title=None, axis=alt.Axis(labelLimit=160)))
@@ -53,7 +54,7 @@ def plot_capacity(capacity: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     )
 
 
-def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
+def plot_survival(survival: pd.DataFrame, *, series: str = "", among: Sequence[str] = ()) -> Chart:
     """Draw Kaplan-Meier curves from `compute_survival`, one panel for each number of vehicles.
 
     Examples
@@ -64,6 +65,7 @@ def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     >>> runs = pd.DataFrame({"gate": "open", "first_deadlock_s": [900, None], "observed_s": [900, 3600]})
     >>> plot_survival(compute_survival(runs=runs)).save("figure.svg")
     """
+    survival, series = with_series(survival, series)
     known = series_names(survival, series)
     style = series_channels(known, series, among)
     chosen = alt.FieldOneOfPredicate(field=series, oneOf=known)
@@ -104,7 +106,7 @@ def plot_survival(survival: pd.DataFrame, *, series: str = c.GATE, among: Sequen
     return finish(panels)  # type: ignore[no-any-return]
 
 
-def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
+def plot_laps(laps: pd.DataFrame, *, series: str = "", among: Sequence[str] = ()) -> Chart:
     """Draw lap times as boxes (25 to 75 %) with whiskers (5 to 95 %), from `compute_lap_distribution`.
 
     Examples
@@ -116,6 +118,7 @@ def plot_laps(laps: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] 
     >>> runs = pd.DataFrame({"gate": "open", "vehicles": 40, "laps": 120, "lap_quantiles_s": [quantiles]})
     >>> plot_laps(compute_lap_distribution(runs=runs)).save("figure.svg")
     """
+    laps, series = with_series(laps, series)
     known = series_names(laps, series)
     style = series_channels(known, series, among)
     keys: list[Any] = [series, c.VEHICLES, c.LAPS]
@@ -170,6 +173,15 @@ def _plain(column: pd.Series) -> list[Any]:
 def data(table: pd.DataFrame) -> alt.InlineData:
     """Return a table as the data of a figure; the report gives tables names, and keeps each once."""
     return alt.InlineData(values=records(table), name=table.attrs.get("name", alt.Undefined))
+
+
+def with_series(table: pd.DataFrame, series: str = "") -> tuple[pd.DataFrame, str]:
+    """Return the table and its column with the names of series; `series`, where the caller named one.
+
+    A table that tells no series apart has one.
+    """
+    series = series or next((name for name in (c.SERIES, c.GATE) if name in table), "")
+    return (table, series) if series else (table.assign(**{c.SERIES: ""}), c.SERIES)
 
 
 def series_names(table: pd.DataFrame, series: str) -> list[str]:
@@ -228,7 +240,7 @@ def finish(chart: Any, **sizes: Any) -> Any:  # noqa: ANN401 - Altair's own char
 
 
 def figure_svg(figure: Chart) -> str:
-    """Return a Matplotlib figure as SVG text.
+    """Return a figure as SVG text.
 
     Examples
     --------

@@ -6,28 +6,32 @@ from typing import Any
 import altair as alt
 import pandas as pd
 
+from loopgate.errors import AnalysisError
 from loopgate.plots.charts import NUMBER, Chart, data, finish, series_channels, series_names, tooltip
 from loopgate.results import columns as c
+from loopgate.results.headings import heading
 
-OVER_TIME: Mapping[str, str] = {
-    c.KM_PER_H: "vehicle-km/h",
+OVER_TIME: Sequence[str] = c.KM_PER_H, c.LAPS_PER_H, c.STILL, c.SPEED
+CUMULATIVE: Sequence[str] = c.DISTANCE_KM, c.LAPS, c.STOOD_H
+"""Columns of `compute_flow`: rates, and totals so far."""
+
+_SAID: Mapping[str, str] = {
     c.LAPS_PER_H: "laps/h",
     c.STILL: "vehicles standing",
-    c.SPEED: "mean speed [km/h]",
-}
-CUMULATIVE: Mapping[str, str] = {
     c.DISTANCE_KM: "vehicle-km so far",
     c.LAPS: "laps so far",
     c.STOOD_H: "vehicle-hours stood so far",
 }
-"""Columns of `compute_flow` and what their axes say."""
+_RANKED = c.MOVEMENT, c.JUNCTION, c.REASON, c.CAUSE, c.STREET, c.EDGE
+_RANKED_BY = c.LOST, c.STOOD, c.WAIT, c.MOST, c.WORST_IDLENESS
+"""What bars may stand for, and their lengths, the first of each that a table has."""
 
 
 def plot_flow(
     flow: pd.DataFrame,
     *,
     series: str = "",
-    what: Mapping[str, str] = OVER_TIME,
+    what: Sequence[str] = OVER_TIME,
     deadlocks: Sequence[float] = (),
     among: Sequence[str] = (),
 ) -> Chart:
@@ -36,9 +40,10 @@ def plot_flow(
     Parameters
     ----------
     series
-        The column with the name of the series; empty for a single run.
+        The column with the name of the series; default: ``series``, or ``gate`` without such a column, or
+        all rows are one.
     what
-        Columns to draw, each with the label of its axis, such as `OVER_TIME` or `CUMULATIVE`.
+        Columns to draw.
     deadlocks
         Times of deadlocks [s], drawn as vertical lines.
     among
@@ -52,13 +57,14 @@ def plot_flow(
     >>> flow = pd.DataFrame({"time_s": [60.0, 120.0], "vehicles": 4, "standing": [0, 2], "laps": [0, 1]})
     >>> plot_flow(compute_flow(flow=flow.assign(distance_m=400.0), every_s=60)).save("figure.svg")
     """
+    series = series or next((name for name in (c.SERIES, c.GATE) if name in flow), "")
     known = series_names(flow, series) if series else []
     color = series_channels(known, series, among, lines=True) if series else {}
     locked = alt.Chart(alt.InlineData(values=[{c.TIME: at} for at in deadlocks]))
     panels = []
-    for column, label in what.items():
+    for column in what:
         # The panels share the time: its name stands below the last.
-        title: Any = "simulated time [s]" if column == list(what)[-1] else None
+        title: Any = "simulated time [s]" if column == what[-1] else None
         x = alt.X(f"{c.TIME}:Q", title=title, scale=alt.Scale(nice=False, zero=False))
         # A figure that is 0 all the time is a line at the foot of its panel.
         flat = not flow[column].gt(0).any()
@@ -75,7 +81,7 @@ def plot_flow(
         ]
         if deadlocks:
             layers.append(locked.mark_rule(strokeDash=[3, 3]).encode(x=x, tooltip=tooltip(f"{c.TIME}:Q")))
-        head = alt.Title(label, anchor="start", fontSize=12, offset=4)
+        head = alt.Title(_SAID.get(column) or heading(column), anchor="start", fontSize=12, offset=4)
         panels.append(alt.layer(*layers).properties(width=430, height=80, title=head))
     return finish(alt.vconcat(*panels, data=data(flow), spacing=8))  # type: ignore[no-any-return]
 
@@ -83,20 +89,24 @@ def plot_flow(
 def plot_ranked(
     table: pd.DataFrame,
     *,
-    of: str,
-    value: str,
+    of: str = "",
+    value: str = "",
     label: str = "",
     series: str = "",
     among: Sequence[str] = (),
 ) -> Chart:
-    """Draw bars, the longest on top: junctions from `compute_ranked`, or causes from `compute_causes`.
+    """Draw bars, the longest on top: junctions, edges, movements, or causes of waiting.
+
+    From `compute_ranked`, `compute_worst_movements`, `compute_causes`, `compute_longest_waits` or
+    `compute_rarest`. Of several rows of one name and series the greatest value is drawn.
 
     Parameters
     ----------
     of, value, label
         The column with the names of the bars, the column with their lengths, and the label of the axis.
+        Default: those by which the table is ranked.
     series
-        The column with the name of the series, drawn side by side; None for a single series.
+        The column with the name of the series, drawn side by side; default: as of `plot_flow`.
     among
         The names of all series, if the table has only some, so that a series has the same colour everywhere.
 
@@ -105,8 +115,14 @@ def plot_ranked(
     >>> import pandas as pd
     >>> from loopgate.plots import plot_ranked
     >>> causes = pd.DataFrame({"reason": ["crossing", "occupied"], "wait_s": [13.0, 2.0]})
-    >>> plot_ranked(causes, of="reason", value="wait_s").save("figure.svg")
+    >>> plot_ranked(causes).save("figure.svg")
     """
+    series = series or next((name for name in (c.SERIES, c.GATE) if name in table), "")
+    of, value = of or _first(table, _RANKED), value or _first(table, _RANKED_BY)
+    names = [*([series] if series else []), of]
+    if table.duplicated(names).any():
+        table = table.sort_values(value, ascending=False, kind="stable").drop_duplicates(names)
+        table.attrs.pop("name", None)  # these rows are no longer the table of that name
     # By what is drawn: the figure may show some rows of the table only.
     order = alt.EncodingSortField(field=value, op="max", order="descending")
     fields = [*([series] if series else []), of, f"{value}:Q"]
@@ -114,7 +130,7 @@ def plot_ranked(
         alt.Chart(data(table))
         .mark_bar()
         .encode(
-            x=alt.X(f"{value}:Q", title=label or value, axis=alt.Axis(labelExpr=NUMBER)),
+            x=alt.X(f"{value}:Q", title=label or heading(value), axis=alt.Axis(labelExpr=NUMBER)),
             y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170, labelOverlap=False)),
             tooltip=tooltip(*fields),
         )
@@ -126,8 +142,17 @@ def plot_ranked(
             yOffset=alt.YOffset(f"{series}:N", sort=known),
             color=series_channels(known, series, among)["color"],
         ).transform_filter(alt.FieldOneOfPredicate(field=series, oneOf=known))
-        rows *= max(1, min(len(known), 3))
+        rows *= max(1, len(known))  # a bar of each series, and room for it
     return finish(bars, height=max(22, 15 * rows))  # type: ignore[no-any-return]
+
+
+def _first(table: pd.DataFrame, names: Sequence[str]) -> str:
+    """Return the first of the names that the table has."""
+    found = [name for name in names if name in table]
+    if not found:
+        msg = f"plot_ranked: the table has none of {', '.join(names)}; say which column is meant (of, value)"
+        raise AnalysisError(msg)
+    return found[0]
 
 
 def plot_time_space(points: pd.DataFrame) -> Chart:

@@ -8,6 +8,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 
+from loopgate.analysis.frames import check_columns
 from loopgate.plots.charts import (
     NUMBER,
     Chart,
@@ -17,8 +18,10 @@ from loopgate.plots.charts import (
     series_names,
     tooltip,
     with_dashes,
+    with_series,
 )
 from loopgate.results import columns as c
+from loopgate.results.headings import heading
 
 _SPREAD = 0.008
 """Distance between neighbouring series, as a share of the axis: intervals must not hide each other."""
@@ -33,7 +36,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     low: str = "",
     high: str = "",
     labels: tuple[str, str] = ("", ""),
-    series: str = c.GATE,
+    series: str = "",
     single: pd.DataFrame | None = None,
     single_y: str = "",
     zero: bool = True,
@@ -49,7 +52,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     x, y, low, high
         Columns of `table` to draw; without `low` and `high` there are no intervals.
     series
-        The column with the name of the series.
+        The column with the name of the series; default: ``series``, or ``gate`` without such a column.
     single, single_y
         A table with one row per run, and its column to draw as small points.
     zero, percent
@@ -64,6 +67,9 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     >>> table = pd.DataFrame({"gate": "open", "vehicles": [20, 40], "mean_speed_mps": [7.0, 5.0]})
     >>> plot_against(table, x="vehicles", y="mean_speed_mps").save("figure.svg")
     """
+    table, series = with_series(table, series)
+    if single is not None:
+        check_columns(single, [series, x, single_y], "single")
     known = series_names(table, series)
     style = series_channels(known, series, among)
     low = low if low and table[low].notna().any() else ""  # one run has no interval
@@ -73,7 +79,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
             f"{series}:N", title=None, sort=known, axis=alt.Axis(labelAngle=0, labelLimit=160)
         )
     else:
-        across = alt.X("at:Q", title=labels[0] or x, scale=alt.Scale(zero=True, nice=True))
+        across = alt.X("at:Q", title=labels[0] or heading(x), scale=alt.Scale(zero=True, nice=True))
     span = float(table[x].max() - table[x].min()) if len(table) and not lone else 0.0
     beside = _SPREAD * span * min(1.0, 4 / max(len(known), 1)) if low else 0.0
     shifted = f"datum['{x}'] + (indexof({known!r}, datum['{series}']) - {(len(known) - 1) / 2}) * {beside}"
@@ -81,7 +87,7 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     base = alt.Chart().transform_filter(chosen).transform_calculate(at=shifted)
     up = alt.Y(
         f"{y}:Q",
-        title=labels[1] or y,
+        title=labels[1] or heading(y),
         scale=alt.Scale(zero=zero),
         axis=alt.Axis(format="%") if percent else alt.Axis(labelExpr=NUMBER),
     )
@@ -89,13 +95,13 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     layers: list[Any] = []
     if single is not None and len(single):
         layers.append(
-            alt.Chart(data(single))
+            alt.Chart(data(_only(single, series, x, single_y, c.SEED)))
             .transform_filter(chosen)
             .transform_calculate(at=shifted)
             .mark_point(size=14, opacity=0.45, filled=True)
             .encode(
                 x=across,
-                y=alt.Y(f"{single_y}:Q", title=labels[1] or y),
+                y=alt.Y(f"{single_y}:Q", title=labels[1] or heading(y)),
                 color=style["color"],
                 tooltip=tooltip(series, f"{x}:Q", f"{single_y}:Q", *([c.SEED] if c.SEED in single else [])),
             )
@@ -103,10 +109,14 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
     if low:
         layers.append(
             base.mark_rule(strokeWidth=1.5).encode(
-                x=across, y=alt.Y(f"{low}:Q", title=labels[1] or y), y2=f"{high}:Q", color=style["color"]
+                x=across,
+                y=alt.Y(f"{low}:Q", title=labels[1] or heading(y)),
+                y2=f"{high}:Q",
+                color=style["color"],
             )
         )
-    if not lone:
+    # Rows of one run each, or several at one place, are points: a line through them would go to and fro.
+    if not lone and c.SEED not in table and not table.duplicated([series, x]).any():
         layers.append(
             with_dashes(base, series)
             .mark_line(strokeWidth=2)
@@ -117,14 +127,19 @@ def plot_against(  # noqa: PLR0913 - what a figure of lines may have; all but th
             x=across, y=up, color=style["color"], shape=style["shape"], tooltip=hover
         )
     )
-    return finish(alt.layer(*layers, data=data(table)))  # type: ignore[no-any-return]
+    return finish(alt.layer(*layers, data=data(_only(table, series, x, y, low, high))))  # type: ignore[no-any-return]
+
+
+def _only(table: pd.DataFrame, *names: str) -> pd.DataFrame:
+    """Return the columns that are drawn; a row of a run has a hundred more."""
+    return table[[name for name in dict.fromkeys(names) if name in table]]
 
 
 def plot_mean(
     means: pd.DataFrame,
     label: str = "",
     *,
-    series: str = c.GATE,
+    series: str = "",
     single: pd.DataFrame | None = None,
     value: str = c.KM_PER_H,
     among: Sequence[str] = (),
@@ -142,10 +157,11 @@ def plot_mean(
     >>> plot_mean(compute_mean(runs=runs), "vehicle-km/h", single=runs).save("figure.svg")
     """
     of: dict[str, Any] = {"series": series, "single": single, "single_y": value, "among": among}
+    label = label or heading(means.attrs.get(c.OF, c.MEAN))
     return plot_against(means, y=c.MEAN, labels=("", label), **of, **_OVER)
 
 
-def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
+def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = "", among: Sequence[str] = ()) -> Chart:
     """Draw the share of runs that lock up, from `compute_deadlock_rate`, with Wilson's intervals.
 
     Examples
@@ -161,7 +177,7 @@ def plot_deadlock_rate(rates: pd.DataFrame, *, series: str = c.GATE, among: Sequ
 
 
 def plot_paired(
-    paired: pd.DataFrame, label: str = "", *, series: str = c.GATE, among: Sequence[str] = ()
+    paired: pd.DataFrame, label: str = "", *, series: str = "", among: Sequence[str] = ()
 ) -> Chart:
     """Draw the differences to a baseline from `compute_paired`, with intervals; above 0 is better.
 
@@ -174,7 +190,8 @@ def plot_paired(
     >>> runs = runs.assign(vehicles=40, km_per_h=[90.0, 110.0, 100.0, 125.0])
     >>> plot_paired(compute_paired(runs=runs, baseline="open")).save("figure.svg")
     """
-    labels = "", label or f"difference to {paired[c.BASELINE].iloc[0]}"
+    baseline = f" to {paired[c.BASELINE].iloc[0]}" if len(paired) else ""
+    labels = "", label or f"difference{baseline}: {heading(paired.attrs.get(c.OF, 'mean'))}"
     lines = plot_against(paired, y=c.DIFFERENCE, labels=labels, series=series, among=among, **_OVER)
     lines.layer.insert(
         0, alt.Chart(alt.InlineData(values=[{}])).mark_rule(strokeWidth=1).encode(y=alt.datum(0))
@@ -182,7 +199,7 @@ def plot_paired(
     return lines
 
 
-def plot_decision_time(decisions: pd.DataFrame, *, series: str = c.GATE, among: Sequence[str] = ()) -> Chart:
+def plot_decision_time(decisions: pd.DataFrame, *, series: str = "", among: Sequence[str] = ()) -> Chart:
     """Draw median and 99th percentile of the decision time, from `compute_decision_time`.
 
     Examples
@@ -217,7 +234,7 @@ def plot_fundamental(
     means: pd.DataFrame,
     *,
     y: str = c.FLOW,
-    series: str = c.GATE,
+    series: str = "",
     single: pd.DataFrame | None = None,
     among: Sequence[str] = (),
 ) -> Chart:
@@ -226,11 +243,12 @@ def plot_fundamental(
     Parameters
     ----------
     means
-        Table of `compute_fundamental`.
+        Table of `compute_fundamental`; without its `by` each run is a point.
     y
         The column to draw: ``flow_veh_per_h`` or ``speed_km_per_h``.
     series, among
-        The column with the name of the series; all its names if `means` has only some of these.
+        The column with the name of the series; default: ``series``, or ``gate`` without such a column. All
+        its names if `means` has only some of these.
     single
         Table of single runs, with the same columns; each is drawn as a small point.
 
@@ -243,7 +261,6 @@ def plot_fundamental(
     >>> runs = runs.assign(mean_speed_mps=[7.0, 5.0])
     >>> plot_fundamental(compute_fundamental(runs=runs, by=["gate", "vehicles"])).save("figure.svg")
     """
-    label = {c.FLOW: "flow [vehicles/h]", c.SPEED: "mean speed [km/h]"}
-    labels = "density [vehicles per km of road on loops]", label.get(y, y)
+    labels = f"{heading(c.DENSITY)}, of road on loops", heading(y)
     of: dict[str, Any] = {"series": series, "single": single, "single_y": y, "among": among}
     return plot_against(means, x=c.DENSITY, y=y, labels=labels, **of)

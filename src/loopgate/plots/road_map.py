@@ -6,9 +6,10 @@ import altair as alt
 import numpy as np
 import pandas as pd
 
-from loopgate.plots.charts import NUMBER, Chart, finish
+from loopgate.plots.charts import NUMBER, Chart, finish, with_series
 from loopgate.plots.style import series_order
 from loopgate.results import columns as c
+from loopgate.results.headings import heading
 
 _SHIFT = 0.006  # of the extent: both directions of a road stay apart
 _MARGIN = 0.03  # of the extent
@@ -22,10 +23,10 @@ _BLOCKED = "#1A1A1A"
 
 def plot_edges(
     edges: pd.DataFrame,
-    value: str,
+    value: str = "",
     *,
     label: str = "",
-    series: str = c.GATE,
+    series: str = "",
     blocked: Collection[str] = (),
 ) -> Chart:
     """Draw a map of the road network for each series; edges with greater figures are drawn wider.
@@ -38,9 +39,10 @@ def plot_edges(
     edges
         From `compute_edge_means`: column `value`, and `SHAPE` ("x,y x,y ..." [m]).
     value, label
-        The column to draw, and the label of the scale.
+        The column to draw, and the label of the scale; default: ``stood_s``, or else ``idleness_s``.
     series
-        The column with the name of the series. At most four series are drawn, on one scale.
+        The column with the name of the series; default: ``series``, or ``gate`` without such a column. At
+        most four series are drawn, on one scale.
     blocked
         The edges that were closed or blocked for a time.
 
@@ -51,6 +53,8 @@ def plot_edges(
     >>> edges = pd.DataFrame({"gate": "open", "shape": ["0,0 80,0", "80,0 80,60"], "idleness_s": [20, 90]})
     >>> plot_edges(edges, "idleness_s", label="idleness [s]").save("map.svg")
     """
+    value = value or (c.STOOD if c.STOOD in edges else c.IDLENESS)
+    edges, series = with_series(edges, series)
     above = edges[edges[value] > 0]
     names = series_order((above if len(above) else edges)[series])[:_MAPS]
     drawn = edges[edges[series].isin(names)].sort_values(value, kind="stable", na_position="first")
@@ -80,7 +84,7 @@ def plot_edges(
     named = ["street:N", "edge:N"] if any(row["street"] for row in rows) else ["edge:N"]
     domain = [0.0, float(np.nan_to_num(drawn[value].max())) or 1.0]
     legend = alt.Legend(
-        title=label or value,
+        title=label or heading(value),
         orient="bottom",
         symbolType="stroke",
         labelExpr=NUMBER,
@@ -105,7 +109,7 @@ def plot_edges(
             strokeOpacity=alt.StrokeOpacity(
                 "value:Q", scale=alt.Scale(domain=domain, range=[0.3, 1]), legend=legend
             ),
-            tooltip=[*named, alt.Tooltip("value:Q", format=",.4~r", title=label or value)],
+            tooltip=[*named, alt.Tooltip("value:Q", format=",.4~r", title=label or heading(value))],
         )
     )
     if drawn[value].isna().any():

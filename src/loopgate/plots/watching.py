@@ -39,13 +39,15 @@ def plot_unwatched(
     return plot_edges(told, value, label=label, series=_SERIES)
 
 
-def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None = None) -> Chart:
+def plot_seen_within(
+    seen: pd.DataFrame | Mapping[str, pd.DataFrame], *, bound_s: float | None = None
+) -> Chart:
     """Draw the share of streets visited within a time: at a random moment, and always.
 
     Parameters
     ----------
     seen
-        Tables from `compute_seen_within`, by the name of the series.
+        Table from `compute_seen_within`, or several by the names of their series.
     bound_s
         Longest allowed time between visits [s], drawn as a line.
 
@@ -57,11 +59,11 @@ def plot_seen_within(seen: Mapping[str, pd.DataFrame], *, bound_s: float | None 
     >>> rows = [(25, "v1", "edge", "e1"), (50, "v2", "edge", "e1"), (75, "v1", "edge", "e1")]
     >>> events = pd.DataFrame(rows, columns=["time_s", "vehicle", "event", "place"])
     >>> table = compute_seen_within(events=events, streets=["e1", "e2"], end_s=100)
-    >>> plot_seen_within({"covering": table}, bound_s=60).save("seen.svg")
+    >>> plot_seen_within(table, bound_s=60).save("seen.svg")
     """
     parts = [
         pd.DataFrame({"x": table[c.SEEN_WITHIN], "y": table[column], _SERIES: f"{name} {how}".strip()})
-        for name, table in seen.items()
+        for name, table in ({"": seen} if isinstance(seen, pd.DataFrame) else seen).items()
         for column, how in ((c.NOW, "on average over time"), (c.ALWAYS, "always"))
     ]
     rows = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["x", "y", _SERIES])

@@ -44,7 +44,7 @@ from loopgate.analysis import (
 from loopgate.analysis.standing import edge_of
 from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
 from loopgate.plots.charts import Chart
-from loopgate.plots.course import CUMULATIVE, OVER_TIME
+from loopgate.plots.course import CUMULATIVE
 from loopgate.plots.style import MAX_SERIES, series_order
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES, TRUNCATED
@@ -72,12 +72,8 @@ def add_single_run(content: Content, folder: Path) -> str:
         of = {"events": "run.events"}
         causes = content.table("causes", "Waits by cause", compute_causes, of, **options)
         if len(causes):
-            content.figure(
-                "causes",
-                "Why vehicles wait",
-                "All waits for the gate, by the reason of the refusal.",
-                plots.plot_ranked(causes, of=c.REASON, value=c.WAIT, label="vehicle-seconds"),
-            )
+            caption = "All waits for the gate, by the reason of the refusal."
+            content.figure("causes", "Why vehicles wait", caption, plots.plot_ranked, label="vehicle-seconds")
         _add_watch(content, one, options)
     _add_standing(content, one)
     _add_junctions(content, one)
@@ -102,10 +98,9 @@ def _add_junctions(content: Content, one: Run) -> None:
     if len(one.junctions):
         of = {"junctions": "run.junctions"}
         title = "Movements that cost most time"
-        worst = content.table("movements", title, compute_worst_movements, of)
+        content.table("movements", title, compute_worst_movements, of)
         caption = "The delay of all vehicles on the edge and over the junction, against the speed limits."
-        chart = plots.plot_ranked(worst, of=c.MOVEMENT, value=c.LOST, label="vehicle-hours lost")
-        content.figure("movements", title, caption, chart)
+        content.figure("movements", title, caption, plots.plot_ranked)
         every = "All movements with delay"
         content.table(
             "all-movements", every, compute_worst_movements, of, listed=False, first=len(one.junctions)
@@ -125,7 +120,7 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
         content.table("promises", "Promises, by street", compute_promises, {"streets": "run.streets"})
     content.table("rarest", "Streets that went unseen longest", compute_rarest, {"streets": "run.streets"})
     of, since_s = {"events": "run.events", "streets": _STREETS}, float(one.summary.get(c.BEGINS, 0.0))
-    seen = content.table(
+    content.table(
         "seen-within", "Seen within", compute_seen_within, of, listed=False, **period, since_s=since_s
     )
     never = int((streets[c.VISITS] == 0).sum())
@@ -133,12 +128,14 @@ def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:
     if never:
         caption += f" {never} of {len(streets)} were never seen: dashed."
     content.drop("idleness-map")
-    content.figure("unwatched", "Which roads go unwatched", caption, plots.plot_unwatched(streets), "rarest")
+    title = "Which roads go unwatched"
+    content.figure("unwatched", title, caption, plots.plot_unwatched, "rarest", source="run.streets")
     content.figure(
         "seen-within",
         "How soon streets are seen again",
         "The share of all streets, also never seen streets, that was seen within this time.",
-        plots.plot_seen_within({"": seen}, bound_s=one.scenario.get("revisit_s") or None),
+        plots.plot_seen_within,
+        bound_s=one.scenario.get("revisit_s") or None,
     )
 
 
@@ -162,7 +159,7 @@ def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> 
             f"Loop {loop}: its vehicles over time",
             "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
             "the beginnings of two edges; the flatter, the slower.",
-            plots.plot_time_space(points),
+            plots.plot_time_space,
         )
 
 
@@ -208,6 +205,13 @@ class Command:
         return f"{self.function.__name__}({', '.join(parts)}){only}"
 
 
+def _literal(value: object) -> str:
+    """Return a plain value as Python writes it, texts in double quotes."""
+    if isinstance(value, str | list):
+        return json.dumps(value, ensure_ascii=False)
+    return repr(value)
+
+
 @dataclass(frozen=True, slots=True)
 class TableItem:
     """A table with its caption."""
@@ -231,6 +235,8 @@ class FigureItem:
     figure: Chart
     table: str
     """The name of the table that it shows."""
+    code: str = ""
+    """Python that draws it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,8 +263,8 @@ class Content:
     """Collects the tables and figures of a section."""
 
     def __init__(self, known: Mapping[str, Any], names: Sequence[str]) -> None:
-        self.style: dict[str, Any] = {"series": SERIES, "among": names}
-        """The arguments of figures that concern series."""
+        self._names = list(names)
+        """All series: one looks the same in all figures."""
         self.known = dict(known)
         """The values of the expressions that commands are made of."""
         runs = self.known["runs"]
@@ -289,11 +295,46 @@ class Content:
             self.tables[name] = TableItem(name, marked, made, str(command), listed)
         return made
 
-    def figure(self, name: str, title: str, caption: str, chart: Chart, table: str = "") -> None:
-        """Add a figure of a table, unless that table was left out."""
-        if (table or name) in self.tables:
-            marked = f"{caption} {self._mark}." if self._mark else caption
-            self.figures.append(FigureItem(name, title, marked, chart, table or name))
+    def figure(
+        self,
+        name: str,
+        title: str,
+        caption: str,
+        plot: Callable[..., Chart],
+        table: str = "",
+        *,
+        source: str = "",
+        where: str = "",
+        single: pd.DataFrame | None = None,
+        **options: Any,  # noqa: ANN401 - options of any kind
+    ) -> None:
+        """Add a figure of a table, unless that table was left out.
+
+        It shows the rows `where` a query holds, or the expression `source` in place of the table; `single`
+        is the table of single runs.
+        """
+        item = self.tables.get(table or name)
+        if item is None:
+            return
+        shown, code = (self.known[source], source) if source else (item.table, item.code)
+        if where:
+            shown, code = shown.query(where), f"{code}.query({json.dumps(where)})"
+            shown.attrs.pop("name", None)  # the page has all rows under that name
+        given = {name: value for name, value in options.items() if value not in (None, "", [])}
+        parts = [f"{name}={_literal(value)}" for name, value in given.items()]
+        if single is not None:
+            parts.append("single=compute_fundamental(runs=runs)")
+            given["single"] = single
+        if SERIES in shown and series_order(shown[SERIES]) != self._names:
+            parts.append(f"among={_literal(self._names)}")
+        if SERIES in shown:
+            given["among"] = self._names
+        if plot is plots.plot_edges:  # every map has a panel for each series
+            given.pop("among", None)
+            parts = [part for part in parts if not part.startswith("among=")]
+        marked = f"{caption} {self._mark}." if self._mark else caption
+        drawn = f"{plot.__name__}({', '.join([code, *parts])})"
+        self.figures.append(FigureItem(name, title, marked, plot(shown, **given), item.name, drawn))
 
     def watch_only(self) -> None:
         """Leave out figures of throughput, and put promises and idle streets first."""
@@ -331,7 +372,7 @@ _MOST_POINTS = 2000
 _MOST_FLOWS = 24
 _RANKED = 10
 _SINGLE = [*_BY, c.SEED, c.TRUNCATED, c.MEASURED, c.KM_PER_H, c.KM_PER_H_MEASURED, c.LAPS_PER_H]
-_SINGLE += [c.MEAN_SPEED, c.STOOD, c.STOOD_SHARE, c.MEAN_REVISIT, c.IDLENESS]
+_SINGLE += [c.STOOD, c.STOOD_SHARE, c.MEAN_REVISIT, c.IDLENESS]
 _SINGLE += [c.CLOSURES, c.BREAKDOWNS, c.LED_ROUND]
 _SINGLE += [
     c.ARRIVED,
@@ -347,41 +388,27 @@ _SINGLE += [
 ]
 
 _MEANS = (
-    ("throughput", "Throughput", "throughput [vehicle-km/h]", c.KM_PER_H, ""),
-    ("laps-per-hour", "Laps", "laps [1/h]", c.LAPS_PER_H, ""),
-    ("speed", "Mean speed", "mean speed [m/s]", c.MEAN_SPEED, "Over all vehicles and the whole time."),
-    ("delay", "Delay of trips", "mean delay [s]", c.MEAN_DELAY, "Time loss and wait to depart."),
-    ("worst-delay", "Worst delay", "worst delay of a trip [s]", c.WORST_DELAY, "Of any trip in a run."),
-    ("unfinished", "Trips not finished", "trips not at their ends", c.UNFINISHED, "When the run ended."),
-    (
-        "standing",
-        "Time standing",
-        "share of vehicle time standing",
-        c.STOOD_SHARE,
-        "Slower than 0.1 m/s, whatever for.",
-    ),
-    (
-        "revisits",
-        "Revisit intervals",
-        "revisit interval [s]",
-        c.MEAN_REVISIT,
-        "Between two visits of an edge.",
-    ),
-    (
-        "idleness",
-        "Idleness",
-        "idleness [s]",
-        c.IDLENESS,
-        "Since an edge's last visit, mean over edges and time.",
-    ),
-    ("worst-idleness", "Worst idleness", "worst idleness [s]", c.WORST_IDLENESS, "Longest without a visit."),
+    ("throughput", "Throughput", c.KM_PER_H, ""),
+    ("laps-per-hour", "Laps", c.LAPS_PER_H, ""),
+    ("speed", "Mean speed", c.SPEED, "Over all vehicles and the whole time."),
+    ("delay", "Delay of trips", c.MEAN_DELAY, "Time loss and wait to depart."),
+    ("worst-delay", "Worst delay", c.WORST_DELAY, "Of any trip in a run."),
+    ("unfinished", "Trips not finished", c.UNFINISHED, "When the run ended."),
+    ("standing", "Time standing", c.STOOD_SHARE, "Slower than 0.1 m/s, whatever for."),
+    ("revisits", "Revisit intervals", c.MEAN_REVISIT, "Between two visits of an edge."),
+    ("idleness", "Idleness", c.IDLENESS, "Since an edge's last visit, mean over edges and time."),
+    ("worst-idleness", "Worst idleness", c.WORST_IDLENESS, "Longest without a visit."),
 )
-"""Means against vehicles: name, title, axis, column, what else the caption says."""
+"""Means against vehicles: name, title, column, what else the caption says."""
+
+_FEWEST_POINTS = 3
+"""A figure with fewer points says less than its table."""
 
 
 def network_sections(results: Results) -> list[Section]:
     """Return a section for each network with a run that succeeded."""
     runs = add_series(results.runs)
+    runs[c.SPEED] = 3.6 * runs[c.MEAN_SPEED].astype(float)  # one unit of speed in all of the page
     networks = sorted(runs[c.NETWORK].dropna().unique())
     short = [_short(str(network)) for network in networks]
     names = short if len(set(short)) == len(short) else [str(network) for network in networks]
@@ -407,8 +434,10 @@ def _load(results: Results, network: str) -> str:
     lines = [
         "from loopgate import read_results, read_run",
         "from loopgate.analysis import *",
+        "from loopgate.plots import *",
         f"results = read_results({json.dumps(names if len(names) > 1 else names[0], ensure_ascii=False)})",
         "runs = add_series(results.runs)",
+        f'runs["{c.SPEED}"] = 3.6 * runs["{c.MEAN_SPEED}"]',
     ]
     if network:
         lines.append(f'runs = runs[runs["network"] == {json.dumps(network, ensure_ascii=False)}]')
@@ -459,39 +488,47 @@ def _overall(content: Content, runs: pd.DataFrame, names: list[str]) -> None:
     if single is not None and several:
         bars += " Small points are single runs."
     content.table("trips", "Trips, means over runs", compute_trips, by=_BY)
-    for name, title, axis, value, more in _MEANS:
+    for name, title, value, more in _MEANS:
         means = content.table(name, title, compute_mean, value=value, by=_BY)
-        if means[c.MEAN].notna().any() and name != "laps-per-hour" and len(runs) > 1:
-            chart = plots.plot_mean(means, axis, **content.style, single=points, value=value)
-            content.figure(name, title, f"{more} {bars}".strip(), chart)
-        elif not means[c.MEAN].notna().any():
+        if not means[c.MEAN].notna().any():
             content.tables.pop(name, None)
+        elif name != "laps-per-hour" and means[c.MEAN].notna().sum() >= _FEWEST_POINTS:
+            content.figure(
+                name, title, f"{more} {bars}".strip(), plots.plot_mean, single=points, **_value(value, points)
+            )
     if counts > 1:
-        diagram = content.table("fundamental", "Density, flow and speed", compute_fundamental, by=_BY)
-        for name, title, y in (
-            ("fundamental-diagram", "Fundamental diagram", c.FLOW),
-            ("speed-density", "Speed over density", c.SPEED),
-        ):
-            chart = plots.plot_fundamental(diagram, y=y, **content.style, single=points)
-            caption = "Means over seeds; small points are single runs."
-            content.figure(name, title, caption, chart, "fundamental")
+        content.table("fundamental", "Density, flow and speed", compute_fundamental, by=_BY)
+        caption = "Means over seeds; small points are single runs." if several else "One run each."
+        of: dict[str, Any] = {"table": "fundamental", "single": points}
+        if counts * len(names) >= _FEWEST_POINTS:
+            content.figure(
+                "fundamental-diagram", "Fundamental diagram", caption, plots.plot_fundamental, **of
+            )
+            content.figure(
+                "speed-density", "Speed over density", caption, plots.plot_fundamental, **of, y=c.SPEED
+            )
     peaks = content.table("capacity", "Capacity", compute_capacity, by=[c.SERIES])
-    if counts > 1:
+    if counts > 1 and len(names) >= _FEWEST_POINTS:
         caption = "The vehicle count at which throughput peaks"
         some = peaks[c.LOW].notna().any()
         caption += ", with its 95 % interval (bootstrap of the runs at each count)." if some else "."
         caption += " A triangle: the most vehicles that were tried, so it peaks beyond." * any(
             peaks[c.AT_BORDER]
         )
-        content.figure("capacity", "Capacity", caption, plots.plot_capacity(peaks, **content.style))
+        content.figure("capacity", "Capacity", caption, plots.plot_capacity)
     if len(names) > 1 and not runs.duplicated([*_BY, c.SEED]).any():
         _paired(content, names[0])
+
+
+def _value(column: str, points: pd.DataFrame | None) -> dict[str, str]:
+    """Return the column of single runs, where there are any and it is not the usual one."""
+    return {} if points is None or column == c.KM_PER_H else {"value": column}
 
 
 def _paired(content: Content, baseline: str) -> None:
     title = f"Difference to {baseline} on the same seeds [vehicle-km/h]"
     paired = content.table("paired", title, compute_paired, baseline=baseline, of=c.SERIES, by=[c.VEHICLES])
-    if len(paired):
+    if len(paired) >= _FEWEST_POINTS:
         kinds = [kind for kind in paired[c.KIND].unique() if kind != NO_INTERVAL]
         bars = f", with 95 % intervals ({' or '.join(kinds)})" if kinds else ""
         few = "" if len(kinds) == paired[c.KIND].nunique() else f" No interval below {FEWEST} pairs."
@@ -499,7 +536,8 @@ def _paired(content: Content, baseline: str) -> None:
             "paired",
             title.partition(" [")[0],
             f"Mean difference of runs that agree in everything else{bars}.{few}",
-            plots.plot_paired(paired, **content.style, label="difference [vehicle-km/h]"),
+            plots.plot_paired,
+            label="difference [vehicle-km/h]",
         )
 
 
@@ -509,22 +547,21 @@ def _deadlocks(content: Content, runs: pd.DataFrame) -> None:
     locking = np.unique(runs.loc[runs[c.DEADLOCKS] > 0, c.VEHICLES].to_numpy(dtype=int))
     if not len(locking):  # intervals alone would look like deadlocks; the headline and the table have them
         return
-    if len(runs) > 1:
+    if len(rates) >= _FEWEST_POINTS:
         caption = "Share of runs with a deadlock, with 95 % intervals (Wilson)."
-        chart = plots.plot_deadlock_rate(rates, **content.style)
-        content.figure("deadlock-rate", "Runs that lock up", caption, chart, "deadlocks")
+        content.figure("deadlock-rate", "Runs that lock up", caption, plots.plot_deadlock_rate, "deadlocks")
     chosen = np.linspace(0, len(locking) - 1, min(len(locking), _MOST_PANELS)).round().astype(int)
     counts = [int(count) for count in locking[chosen]]
     which = (
         "each vehicle count" if len(counts) == len(locking) else f"{len(counts)} of the {len(locking)} counts"
     )
     title, where = "Survival: runs not yet locked up", f"{c.VEHICLES} in {counts}"
-    survival = content.table("survival", title, compute_survival, where=where, by=_BY)
+    content.table("survival", title, compute_survival, where=where, by=_BY)
     content.figure(
         "survival",
         "Time to the first deadlock",
         f"Kaplan-Meier curves with 95 % bands, for {which} with which runs lock up.",
-        plots.plot_survival(survival, **content.style),
+        plots.plot_survival,
     )
 
 
@@ -535,24 +572,21 @@ def _longest_waits(content: Content, runs: pd.DataFrame) -> None:
     waits = content.table("longest-waits", title, compute_longest_waits, by=_BY)
     if not (waits[c.VEHICLES] == count).any():
         return
-    chart = plots.plot_ranked(
-        waits, of=c.CAUSE, value=c.MOST, label="longest wait [s]", **content.style
-    ).transform_filter(f"datum['{c.VEHICLES}'] == {count}")
     caption = f"The longest time that one wait was for a cause, in any run with {count} vehicles; gates only."
-    content.figure("longest-waits", title, caption, chart)
+    where = f"{c.VEHICLES} == {count}"
+    content.figure("longest-waits", title, caption, plots.plot_ranked, where=where, label="longest wait [s]")
 
 
 def _laps_and_decisions(content: Content) -> None:
     laps = content.table("laps", "Lap times", compute_lap_distribution, by=_BY, quantiles=_PERCENT)
     if len(laps):
         caption = "Bars hold the middle half of all laps, lines 5 to 95 %, markers the median."
-        content.figure("laps", "Lap times", caption, plots.plot_laps(laps, **content.style))
+        content.figure("laps", "Lap times", caption, plots.plot_laps)
     decided = f"{c.DECISIONS} > 0"
     decisions = content.table("decisions", "Decisions", compute_decision_time, where=decided, by=_BY)
-    if len(decisions) > 1:
+    if len(decisions) >= _FEWEST_POINTS:
         caption = "From the median to the 99th percentile of a run's decisions, each the median over runs."
-        chart = plots.plot_decision_time(decisions, **content.style)
-        content.figure("decision-time", "Decision time", caption, chart, "decisions")
+        content.figure("decision-time", "Decision time", caption, plots.plot_decision_time, "decisions")
 
 
 def _blocked_edges(results: Results) -> set[str]:
@@ -578,14 +612,9 @@ def _roads(content: Content, runs: pd.DataFrame, blocked: Collection[str]) -> No
                 if what == c.JUNCTION
                 else "Streets on which vehicles stand"
             )
-            ranked = content.table(
-                name, title, compute_ranked, of, where=where, by=by, what=what, first=_RANKED
-            )
-            chart = plots.plot_ranked(
-                ranked, of=what, value=c.STOOD, label="vehicle-seconds standing", **content.style
-            )
+            content.table(name, title, compute_ranked, of, where=where, by=by, what=what, first=_RANKED)
             caption = f"The ten with most of it, with {count} vehicles; means over runs."
-            content.figure(name, title, caption, chart)
+            content.figure(name, title, caption, plots.plot_ranked, label="vehicle-seconds standing")
     for name, title, column, label in (
         ("map", "Where vehicles stand", c.STOOD, "vehicle-seconds standing per edge and run"),
         ("idleness-map", "Idleness of edges on loops", c.IDLENESS, "idleness per edge [s]"),
@@ -593,8 +622,8 @@ def _roads(content: Content, runs: pd.DataFrame, blocked: Collection[str]) -> No
         if column in edges and edges[column].gt(0).any():
             caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
             caption += " Black and dashed: closed or blocked for a time." if blocked else ""
-            chart = plots.plot_edges(edges, column, label=label, series=c.SERIES, blocked=blocked)
-            content.figure(name, title, caption, chart, "edges")
+            of_map: dict[str, Any] = {"value": column, "label": label, "blocked": sorted(blocked)}
+            content.figure(name, title, caption, plots.plot_edges, "edges", **of_map)
 
 
 def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
@@ -612,9 +641,8 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
     locked = sorted(runs[c.FIRST_DEADLOCK].dropna().tolist())[:_MOST_PANELS]
     upright = " Upright lines: deadlocks." if locked else ""
     for name, title, what, caption in (
-        ("over-time", "Over time", OVER_TIME, f"Means over {every:g} s.{upright}"),
-        ("so-far", "Totals so far", CUMULATIVE, f"Added up from the beginning.{upright}"),
+        ("over-time", "Over time", [], f"Means over {every:g} s.{upright}"),
+        ("so-far", "Totals so far", list(CUMULATIVE), f"Added up from the beginning.{upright}"),
     ):
-        chart = plots.plot_flow(table, **content.style, what=what, deadlocks=locked)
-        content.figure(name, title, caption, chart, "flow")
+        content.figure(name, title, caption, plots.plot_flow, "flow", what=what, deadlocks=locked)
     return "\nflow = results.read_flow(runs)"

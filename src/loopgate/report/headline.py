@@ -16,6 +16,9 @@ DASH = "\N{EN DASH}"
 _MOST_NAMES = 4
 _EQUAL = 1.005  # ratios below this print as 1.00
 _APART = "\N{NO-BREAK SPACE}"
+PLUS_MINUS = "\N{PLUS-MINUS SIGN}"
+_UNEVEN = 0.01  # of half the interval
+_TWO_DIGITS = 3.0
 
 
 def number(value: float) -> str:
@@ -25,6 +28,27 @@ def number(value: float) -> str:
     if value and abs(value) < 100:  # noqa: PLR2004 - from here on, three digits need no decimals
         return f"{value:.3g}"
     return f"{value:,.0f}".replace(",", _APART)
+
+
+def with_interval(mean: float, low: float, high: float) -> str:
+    """Return an estimate with its interval, as papers write it.
+
+    Half the interval has one digit that counts, two if it begins with 1 or 2; an interval that is not even
+    on both sides has its ends.
+
+    Examples
+    --------
+    >>> with_interval(4.1234, 3.81, 4.44), with_interval(117.31, 96.0, 138.6), with_interval(2.0, 0.0, 7.5)
+    ('4.1 ± 0.3', '117 ± 21', '2 (0 to 7.5)')
+    """
+    half = (high - low) / 2.0
+    if abs(mean - low - half) > _UNEVEN * half:
+        return f"{number(mean)} ({number(low)} to {number(high)})"
+    if half <= 0.0:
+        return f"{number(mean)} {PLUS_MINUS} 0"
+    place = math.floor(math.log10(half))
+    digits = max(0, (1 if half / 10.0**place < _TWO_DIGITS else 0) - place)
+    return f"{mean:,.{digits}f} {PLUS_MINUS} {half:,.{digits}f}".replace(",", _APART)
 
 
 def title(sections: Sequence[Section]) -> str:

@@ -28,7 +28,7 @@ from loopgate.plugins import reason_of
 from loopgate.reading import as_path, listed, of_kind
 from loopgate.replay.page import hash_of
 from loopgate.report.content import FigureItem, Section, TableItem, network_sections
-from loopgate.report.headline import DASH, headline, lead, number, title
+from loopgate.report.headline import DASH, headline, lead, number, title, with_interval
 from loopgate.report.tables import Cells, cells, latex_text, write_csv, write_latex
 from loopgate.results import columns as c
 from loopgate.results.columns import EDGE_LISTS, EDGE_SET, SERIES, STATUS, STATUS_FAILED, STRANGE
@@ -223,7 +223,7 @@ def _listed(values: list[Any]) -> str:
 
 _OF_ONE = "Throughput [vehicle-km/h]"
 _OF_MEANS = f"{_OF_ONE}: mean over runs"
-_WITH_INTERVALS = f"{_OF_MEANS}, in brackets its 95 % interval (Student's t)"
+_WITH_INTERVALS = f"{_OF_MEANS} with its 95 % interval (Student's t)"
 
 
 def caption(means: pd.DataFrame) -> str:
@@ -249,10 +249,9 @@ def headline_table(means: pd.DataFrame) -> Cells:
 
 
 def _cell(row: pd.Series) -> str:
-    mean = number(float(row[c.MEAN]))
     if pd.isna(row[c.LOW]):
-        return mean
-    return f"{mean} ({number(float(row[c.LOW]))} to {number(float(row[c.HIGH]))})"
+        return number(float(row[c.MEAN]))
+    return with_interval(*(float(row[name]) for name in (c.MEAN, c.LOW, c.HIGH)))
 
 
 _STOPS = {
@@ -547,7 +546,7 @@ class _Writer:
             "id": name,
             "title": item.title,
             "caption": item.caption,
-            "code": table.code,
+            "code": item.code,
             "file": f"{prefix}{table.name}",
         }
 

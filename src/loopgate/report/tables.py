@@ -5,14 +5,33 @@ from pathlib import Path
 
 import pandas as pd
 
-from loopgate.report.headline import DASH, number
-from loopgate.results.columns import AT_BORDER, BETTER, CAPACITY, HIGH, LOW, RATE, REFUSED_SHARE
+from loopgate.report.headline import DASH, PLUS_MINUS, number, with_interval
+from loopgate.results.columns import (
+    AT_BORDER,
+    BETTER,
+    CAPACITY,
+    DIFFERENCE,
+    HIGH,
+    KIND,
+    LOW,
+    MEAN,
+    OF,
+    ON_TIME_60,
+    ON_TIME_120,
+    RATE,
+    REFUSED_SHARE,
+    STD,
+    STOOD_SHARE,
+)
+from loopgate.results.headings import heading
 from loopgate.results.table_reading import csv_of
 
 Cells = tuple[list[str], list[list[str]]]
 """Headings and rows, as text."""
 
-_SHARES = {RATE, BETTER, REFUSED_SHARE}
+_INTERVAL = STD, LOW, HIGH
+_ESTIMATES = MEAN, DIFFERENCE, RATE, CAPACITY
+_SHARES = {RATE, BETTER, REFUSED_SHARE, STOOD_SHARE, ON_TIME_60, ON_TIME_120}
 
 
 def cells(table: pd.DataFrame) -> Cells:
@@ -25,8 +44,18 @@ def cells(table: pd.DataFrame) -> Cells:
             f"> {text}, not reached" if border else text
             for text, border in zip(columns[at], table[AT_BORDER], strict=True)
         ]
-    headings = [str(name).replace("_", " ") for name in table.columns]
+    headings = [heading(str(name)) for name in table.columns]
     return headings, [list(row) for row in zip(*columns, strict=True)]
+
+
+def _estimated(values: pd.Series, estimate: str, text: str) -> str:
+    """Return the estimate of a row with its interval, or `text` without one."""
+    low, high = values[LOW], values[HIGH]
+    if pd.isna(low) or pd.isna(high):
+        return text
+    if estimate == RATE:
+        return f"{text} ({100 * low:.0f} to {100 * high:.0f} %)"
+    return with_interval(float(values[estimate]), float(low), float(high))
 
 
 def write_csv(table: pd.DataFrame, file: Path) -> None:
@@ -36,9 +65,20 @@ def write_csv(table: pd.DataFrame, file: Path) -> None:
 
 def write_latex(table: pd.DataFrame, file: Path, *, caption: str) -> None:
     """Write the table for a paper that loads the package booktabs."""
-    headings, rows = cells(table)
-    frame = pd.DataFrame(rows, columns=headings)
-    numeric = [pd.api.types.is_numeric_dtype(table[name]) for name in table.columns]
+    estimate = next((name for name in _ESTIMATES if name in table), "")
+    shown = table.drop(columns=[name for name in (*_INTERVAL, KIND) if estimate and name in table])
+    headings, rows = cells(shown)
+    if estimate and {LOW, HIGH} <= set(table):
+        at = list(shown.columns).index(estimate)
+        for row, (_, values) in zip(rows, table.iterrows(), strict=True):
+            row[at] = _estimated(values, estimate, row[at])
+        headings[at] = heading(table.attrs.get(OF, estimate))
+        if estimate == DIFFERENCE and OF in table.attrs:
+            headings[at] = f"difference, {headings[at]}"
+    elif estimate == MEAN:
+        headings[list(shown.columns).index(estimate)] = heading(table.attrs.get(OF, estimate))
+    frame = pd.DataFrame([[text or DASH for text in row] for row in rows], columns=headings)
+    numeric = [pd.api.types.is_numeric_dtype(shown[name]) for name in shown.columns]
     file.write_text(latex_text(frame, numeric, caption, file.stem), encoding="utf-8")
 
 
@@ -52,7 +92,10 @@ def latex_text(frame: pd.DataFrame, numeric: Sequence[bool], caption: str, name:
         column_format="".join("r" if is_number else "l" for is_number in numeric),
     )
     # Typographic characters of the page that LaTeX's default encodings do not all know.
-    return str(text).replace(DASH, "--").replace("\N{NO-BREAK SPACE}", "~")
+    known = {DASH: "--", "\N{NO-BREAK SPACE}": "~", PLUS_MINUS: r"$\pm$", "\N{MICRO SIGN}": r"\textmu{}"}
+    for character, command in known.items():
+        text = str(text).replace(character, command)
+    return str(text)
 
 
 def _texts(column: pd.Series, *, share: bool) -> list[str]:
@@ -61,7 +104,7 @@ def _texts(column: pd.Series, *, share: bool) -> list[str]:
     if share:
         return [DASH if pd.isna(value) else f"{100 * value:.1f} %" for value in column]
     if pd.api.types.is_integer_dtype(column):
-        return [str(value) for value in column]
+        return [DASH if pd.isna(value) else str(value) for value in column]
     if pd.api.types.is_numeric_dtype(column):
         return [number(float(value)) for value in column]
-    return [DASH if value is None else str(value) for value in column]
+    return [DASH if pd.api.types.is_scalar(value) and pd.isna(value) else str(value) for value in column]

@@ -382,6 +382,7 @@ STREETS: Final = "streets"  # how many edges
 
 # one row per group of runs
 RUNS: Final = "runs"  # how many runs the row rests on
+OF: Final = "of"  # no column: the attribute of a table that names the value asked for
 MEAN: Final = "mean"  # in the unit of the value asked for
 MOST: Final = "most"  # of any run, same unit
 STD: Final = "std"  # sample standard deviation over runs, same unit

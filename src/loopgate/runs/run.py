@@ -138,7 +138,7 @@ class Run:
             end_s=begin_s + float(self.summary["duration_s"]),
             since_s=since_s,
         )
-        return plot_seen_within({"": seen}, bound_s=self.scenario.get("revisit_s") or None)
+        return plot_seen_within(seen, bound_s=self.scenario.get("revisit_s") or None)
 
     def replay(self, beside: Run | None = None) -> Replay:
         """Return a replay of the run, alone or side by side with another run; a notebook shows it.

@@ -15,6 +15,7 @@ import pytest
 
 from loopgate.analysis import add_series
 from loopgate.errors import ResultsError
+from loopgate.plots import figure_svg
 from loopgate.report.content import network_sections
 from loopgate.report.page import library, write_report
 from loopgate.report.tables import write_csv
@@ -136,7 +137,7 @@ def test_figures_and_tables_are_files_too(full: Full) -> None:
     files = folder / "r-files"
     names = {file.name for file in files.iterdir()}
     for figure in (
-        *("throughput", "speed", "standing", "fundamental-diagram", "speed-density", "paired", "capacity"),
+        *("throughput", "speed", "standing", "fundamental-diagram", "speed-density", "paired"),
         *("deadlock-rate", "survival", "laps", "map", "decision-time", "revisits", "idleness"),
         *("worst-idleness", "idleness-map", "junctions", "streets"),
     ):
@@ -148,7 +149,15 @@ def test_figures_and_tables_are_files_too(full: Full) -> None:
     assert table.loc[0, "mean"] == pytest.approx(first["km_per_h"].mean())
     latex = (files / "deadlocks.tex").read_text(encoding="utf-8")
     assert r"\toprule" in latex
-    assert r"SUMO's rules & 80 & 3 & 3 & 100.0 \% & 43.9 \% & 100.0 \% \\" in latex
+    assert r"SUMO's rules & 80 & 3 & 3 & 100.0 \% (44 to 100 \%) \\" in latex
+    latex = (files / "fundamental.tex").read_text(encoding="utf-8")
+    assert "series & vehicles & density [veh/km] & flow [veh/h] & mean speed [km/h]" in latex
+    latex = (files / "throughput.tex").read_text(encoding="utf-8")
+    assert "series & vehicles & runs & throughput [vehicle-km/h]" in latex
+    assert re.search(r"loopgate & 40 & 3 & [\d~.]+ \$\\pm\$ [\d~.]+ ", latex)
+    assert not re.search(
+        r"nan|None|<NA>|& *(&|\\\\)", "".join(f.read_text("utf-8") for f in files.glob("*.tex"))
+    )
 
 
 def test_the_same_results_give_the_same_figures(full: Full, tmp_path: Path) -> None:
@@ -378,6 +387,11 @@ def test_the_code_of_a_single_run_makes_its_tables(tmp_path: Path) -> None:
         assert wanted <= set(codes)
 
 
+def alike(svg: str) -> str:
+    """Return a figure without the numbers that are drawn for each time, such as those of clips."""
+    return re.sub(r"(id=\"|url\(#)\w+", r"\1", svg)
+
+
 def check_codes(results: Results, folder: Path) -> dict[str, str]:
     """Run the code of every table of the report in a folder; return it by the table's name."""
     sections = network_sections(results)
@@ -396,6 +410,11 @@ def check_codes(results: Results, folder: Path) -> dict[str, str]:
             again = (folder / "again.csv").read_bytes()
             assert again == (folder / "r-files" / f"{prefix}{table.name}.csv").read_bytes(), table.code
             found[table.name] = table.code
+        for figure in section.figures:
+            assert figure.code in text
+            drawn = eval(figure.code, known)  # noqa: S307 - as a reader does
+            svg = (folder / "r-files" / f"{prefix}{figure.name}.svg").read_text(encoding="utf-8")
+            assert alike(figure_svg(drawn)) == alike(svg), figure.code
     return found
 
 
@@ -516,10 +535,10 @@ def test_the_first_table_and_the_paragraph_for_a_paper(full: Full) -> None:
     means = results.runs[results.runs["vehicles"] == 40].groupby("gate")["km_per_h"].mean()
     latex = (folder / "r-files" / "headline.tex").read_text(encoding="utf-8")
     [row] = re.findall(r"^40 & .*$", latex, re.MULTILINE)
-    assert re.findall(r"& (\d+) \(", row.replace("~", "")) == [
+    assert re.findall(r"& (\d+) \$\\pm\$", row.replace("~", "")) == [
         f"{means[gate]:.0f}" for gate in ("open", "certified")
     ]
-    assert text.index("in brackets its 95 % interval") < text.index("Series in the figures")
+    assert text.index("with its 95 % interval (Student's t)") < text.index("Series in the figures")
     paragraph = text[text.index("Methods, for a paper") :]
     assert "18 runs with 10, 40, 80 vehicles" in paragraph
     assert "and the seeds 1 to 3 measured 400 s after a warm-up of 0 s each." in paragraph

@@ -1,0 +1,57 @@
+"""How a table for readers, or an axis, is headed: words for a column, with its unit."""
+
+from collections.abc import Mapping
+
+from loopgate.results import columns as c
+
+_UNITS: Mapping[str, str] = {
+    "_veh_per_km": "veh/km",
+    "_veh_per_h": "veh/h",
+    "_km_per_h": "km/h",
+    "_per_h": "1/h",
+    "_mps": "m/s",
+    "_us": "\N{MICRO SIGN}s",
+    "_mb": "MiB",
+    "_km": "km",
+    "_m": "m",
+    "_s": "s",
+    "_h": "h",
+}
+_HEADINGS: Mapping[str, str] = {
+    c.KM_PER_H: "throughput [vehicle-km/h]",
+    c.KM_PER_H_MEASURED: "throughput until its end [vehicle-km/h]",
+    c.SPEED: "mean speed [km/h]",
+    c.STOOD: "standing [vehicle-s]",
+    c.STOOD_H: "standing so far [vehicle-h]",
+    c.STOOD_SHARE: "share of vehicle time standing",
+    c.LOST: "time lost [vehicle-h]",
+    c.LAP_TIME: "lap time [s]",
+    c.CAPACITY: "capacity [vehicles]",
+    c.RATE: "runs that lock up",
+    c.SURVIVAL: "runs not yet locked up",
+    c.LATENESS: "late, median [s]",
+    c.WORST_LATENESS: "late, worst [s]",
+    c.ON_TIME_60: "within a minute",
+    c.ON_TIME_120: "within two minutes",
+    c.DELAY_95: "delay, 95 % [s]",
+    c.QUEUE: "queue, mean",
+    c.QUEUE_95: "queue, 95 %",
+    c.QUEUE_MOST: "queue, longest",
+    c.WORST_IDLENESS: "longest time unseen [s]",
+}
+
+
+def heading(column: str) -> str:
+    """Return the words for a column, with its unit as papers write it.
+
+    Examples
+    --------
+    >>> heading("density_veh_per_km"), heading("mean_delay_s"), heading("level_of_service")
+    ('density [veh/km]', 'mean delay [s]', 'level of service')
+    """
+    if column in _HEADINGS:
+        return _HEADINGS[column]
+    for end, unit in _UNITS.items():
+        if column.endswith(end) and column != end:
+            return f"{column.removesuffix(end).replace('_', ' ')} [{unit}]"
+    return column.replace("_", " ")
