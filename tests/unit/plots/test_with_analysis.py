@@ -34,7 +34,7 @@ OF_RUNS: dict[str, tuple[Callable[..., Any], ...]] = {
 }
 """By the function of the table: the figures that show it."""
 
-OF_ONE = {
+OF_ONE: dict[str, Callable[..., Any]] = {
     "compute_flow": plots.plot_flow,
     "compute_causes": plots.plot_ranked,
     "compute_time_space": plots.plot_time_space,
