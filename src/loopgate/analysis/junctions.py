@@ -225,9 +225,9 @@ def _waited(
 def compute_worst_movements(*, junctions: pd.DataFrame, first: int = 10) -> pd.DataFrame:
     """Return the movements that cost most time, the worst first.
 
-    One row per movement with delay: `JUNCTION`, `MOVEMENT`, `CROSSED`, `LOST` (vehicle-hours), `DELAY` [s],
-    `SERVICE_LEVEL`, `QUEUE`, `QUEUE_MOST`, and `CAUSE`, for which the gate let vehicles wait longest; empty
-    if it did not.
+    One row per movement with delay: `JUNCTION`, `MOVEMENT`, `CROSSED`, `LOST` (vehicle-hours), `DELAY` and
+    `DELAY_95` [s], `SERVICE_LEVEL`, `QUEUE`, `QUEUE_95`, `QUEUE_MOST`, and `CAUSE`, for which the gate let
+    vehicles wait longest; empty if it did not.
 
     Raises `AnalysisError` on a missing column.
 
@@ -252,7 +252,8 @@ def compute_worst_movements(*, junctions: pd.DataFrame, first: int = 10) -> pd.D
     lost = junctions[DELAY] * junctions[CROSSED] / 3600.0
     every = junctions.assign(**{LOST: lost, CAUSE: cause}).query(f"{LOST} > 0")
     worst = every.sort_values(LOST, ascending=False, kind="stable").head(first)
-    columns = [JUNCTION, MOVEMENT, CROSSED, LOST, DELAY, SERVICE_LEVEL, QUEUE, QUEUE_MOST, CAUSE]
+    columns = [JUNCTION, MOVEMENT, CROSSED, LOST, DELAY, DELAY_95, SERVICE_LEVEL]
+    columns += [QUEUE, QUEUE_95, QUEUE_MOST, CAUSE]
     return worst[columns].reset_index(drop=True)
 
 

@@ -22,6 +22,11 @@ _SAID: Mapping[str, str] = {
     c.LAPS: "laps so far",
     c.STOOD_H: "vehicle-hours stood so far",
 }
+_TIME_AXIS = {False: "simulated time [s]", True: "time of day"}
+_CLOCK: Mapping[bool, Mapping[str, Any]] = {
+    False: {},
+    True: {"labelExpr": "utcFormat(datum.value * 1000, '%-H:%M:%S')"},
+}
 _RANKED = c.MOVEMENT, c.JUNCTION, c.REASON, c.CAUSE, c.STREET, c.EDGE
 _RANKED_BY = c.LOST, c.STOOD, c.WAIT, c.MOST, c.WORST_IDLENESS
 """What bars may stand for, and their lengths, the first of each that a table has."""
@@ -33,6 +38,7 @@ def plot_flow(
     series: str = "",
     what: Sequence[str] = OVER_TIME,
     deadlocks: Sequence[float] = (),
+    clock: bool = False,
     among: Sequence[str] = (),
 ) -> Chart:
     """Draw measurements of all vehicles over time from `compute_flow`, a panel for each.
@@ -46,6 +52,8 @@ def plot_flow(
         Columns to draw.
     deadlocks
         Times of deadlocks [s], drawn as vertical lines.
+    clock
+        Whether times are times of day: 36000 is 10:00.
     among
         The names of all series, if the table has only some, so that a series has the same colour everywhere.
 
@@ -64,8 +72,9 @@ def plot_flow(
     panels = []
     for column in what:
         # The panels share the time: its name stands below the last.
-        title: Any = "simulated time [s]" if column == what[-1] else None
-        x = alt.X(f"{c.TIME}:Q", title=title, scale=alt.Scale(nice=False, zero=False))
+        title: Any = _TIME_AXIS[clock] if column == what[-1] else None
+        scale = alt.Scale(nice=False, zero=False)
+        x = alt.X(f"{c.TIME}:Q", title=title, scale=scale, axis=alt.Axis(**_CLOCK[clock]))
         # A figure that is 0 all the time is a line at the foot of its panel.
         flat = not flow[column].gt(0).any()
         scale = alt.Scale(domain=[0, 1]) if flat else alt.Scale(zero=True)
@@ -155,10 +164,11 @@ def _first(table: pd.DataFrame, names: Sequence[str]) -> str:
     return found[0]
 
 
-def plot_time_space(points: pd.DataFrame) -> Chart:
+def plot_time_space(points: pd.DataFrame, *, clock: bool = False) -> Chart:
     """Draw the edges of a loop over time from `compute_time_space`, one line for each vehicle.
 
-    Only the times at which the vehicle entered edges are known; the line between them is straight.
+    Only the times at which the vehicle entered edges are known; the line between them is straight. With
+    `clock`, times are times of day.
 
     Examples
     --------
@@ -171,7 +181,12 @@ def plot_time_space(points: pd.DataFrame) -> Chart:
         alt.Chart()
         .transform_calculate(line=f"datum['{c.VEHICLE}'] + ' ' + datum['{c.LAP_NUMBER}']")
         .encode(
-            x=alt.X(f"{c.TIME}:Q", title="simulated time [s]", scale=alt.Scale(nice=False)),
+            x=alt.X(
+                f"{c.TIME}:Q",
+                title=_TIME_AXIS[clock],
+                scale=alt.Scale(nice=False, zero=False),
+                axis=alt.Axis(**_CLOCK[clock]),
+            ),
             y=alt.Y(f"{c.POSITION}:Q", title="place on the loop [m]"),
             color=alt.Color(f"{c.VEHICLE}:N", legend=None),
             detail="line:N",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -160,6 +161,7 @@ def _add_loop(content: Content, vehicles: pd.DataFrame, loops: pd.DataFrame) -> 
             "The loop on which vehicles stood longest. A line per vehicle and lap, straight between "
             "the beginnings of two edges; the flatter, the slower.",
             plots.plot_time_space,
+            **content.clock,
         )
 
 
@@ -255,6 +257,8 @@ class Section:
     """Series that the figures leave out, since nobody could tell them apart."""
     load: str
     """Python after which the code of the tables can be run."""
+    begins_s: float = 0.0
+    """When the simulation began [s], of a single run."""
     watch: pd.DataFrame | None = None
     """Promises by street, of a run that was to see streets again in time."""
 
@@ -273,6 +277,13 @@ class Content:
         """What every figure and table says of runs that are compared with longer ones."""
         self.tables: dict[str, TableItem] = {}
         self.figures: list[FigureItem] = []
+        self.begins_s = 0.0
+        """When the simulation began [s]; above 0, times are times of day."""
+
+    @property
+    def clock(self) -> dict[str, Any]:
+        """The option by which axes of time show times of day, where the run began at one."""
+        return {"clock": True} if self.begins_s > 0.0 else {}
 
     def table(
         self,
@@ -409,14 +420,31 @@ def network_sections(results: Results) -> list[Section]:
     """Return a section for each network with a run that succeeded."""
     runs = add_series(results.runs)
     runs[c.SPEED] = 3.6 * runs[c.MEAN_SPEED].astype(float)  # one unit of speed in all of the page
-    networks = sorted(runs[c.NETWORK].dropna().unique())
+    of = _networks(runs, results)
+    networks = sorted(of.dropna().unique())
     short = [_short(str(network)) for network in networks]
     names = short if len(set(short)) == len(short) else [str(network) for network in networks]
     sections = []
     for network, name in zip(networks, names, strict=True):
-        load = _load(results, str(network) if len(networks) > 1 else "")
-        sections.append(_section(name, runs[runs[c.NETWORK] == network], results, load))
+        part = runs[of == network]
+        load = _load(results, sorted(part[c.NETWORK].unique()) if len(networks) > 1 else [])
+        sections.append(_section(name, part, results, load))
     return sections
+
+
+def _networks(runs: pd.DataFrame, results: Results) -> pd.Series:
+    """Return the network of each run, by one of its names; files of one content are one network."""
+    known: dict[Path, str] = {}
+    content = []
+    for key, name, told in zip(runs[c.KEY], runs[c.NETWORK], runs[c.NETWORK_HASH], strict=True):
+        file = Path(str(name))
+        if (folder := results.run_folders.get(key)) and (folder / file.name).is_file():
+            file = folder / file.name  # the run's own copy
+        if file not in known and pd.isna(told) and file.is_file():
+            known[file] = hashlib.sha256(file.read_bytes()).hexdigest()
+        content.append(known.get(file, name) if pd.isna(told) else told)
+    first: pd.Series = runs[c.NETWORK].groupby(pd.Series(content, index=runs.index)).transform("min")
+    return first
 
 
 def common_count(runs: pd.DataFrame) -> int:
@@ -429,7 +457,7 @@ def _short(network: str) -> str:
     return re.sub(r"(\.net)?\.xml(\.gz)?$|\.sumocfg$", "", Path(network).name) or network
 
 
-def _load(results: Results, network: str) -> str:
+def _load(results: Results, networks: list[str]) -> str:
     names = [str(folder) for folder in results.folders]
     lines = [
         "from loopgate import read_results, read_run",
@@ -439,8 +467,8 @@ def _load(results: Results, network: str) -> str:
         "runs = add_series(results.runs)",
         f'runs["{c.SPEED}"] = 3.6 * runs["{c.MEAN_SPEED}"]',
     ]
-    if network:
-        lines.append(f'runs = runs[runs["network"] == {json.dumps(network, ensure_ascii=False)}]')
+    if networks:
+        lines.append(f'runs = runs[runs["network"].isin({json.dumps(networks, ensure_ascii=False)})]')
     return "\n".join(lines)
 
 
@@ -471,6 +499,7 @@ def _section(network: str, runs: pd.DataFrame, results: Results, load: str) -> S
         names=names[:MAX_SERIES],
         hidden=names[MAX_SERIES:],
         load=load,
+        begins_s=content.begins_s,
         watch=None if promises is None else promises.table,
     )
 
@@ -632,6 +661,8 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
     if flow.empty:
         return ""
     content.known["flow"] = flow
+    begins = {float(read_summary(folder).get(c.BEGINS, 0.0)) for folder in results.run_folders.values()}
+    content.begins_s = begins.pop() if len(begins) == 1 else 0.0
     longest = float(flow[c.TIME].max() - flow[c.TIME].min())
     every = max(60.0, round(longest / 120 / 60) * 60.0)
     of = {"flow": "flow"}
@@ -644,5 +675,7 @@ def _over_time(content: Content, runs: pd.DataFrame, results: Results) -> str:
         ("over-time", "Over time", [], f"Means over {every:g} s.{upright}"),
         ("so-far", "Totals so far", list(CUMULATIVE), f"Added up from the beginning.{upright}"),
     ):
-        content.figure(name, title, caption, plots.plot_flow, "flow", what=what, deadlocks=locked)
+        content.figure(
+            name, title, caption, plots.plot_flow, "flow", what=what, deadlocks=locked, **content.clock
+        )
     return "\nflow = results.read_flow(runs)"

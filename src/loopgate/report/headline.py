@@ -11,6 +11,7 @@ from loopgate.reading import counted
 from loopgate.report.content import Section
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES
+from loopgate.results.headings import clock
 
 DASH = "\N{EN DASH}"
 _MOST_NAMES = 4
@@ -127,7 +128,7 @@ def headline(section: Section, said: str = "") -> list[str]:
         return [text for text in (*watch_sentences(section.watch), *mishaps) if text not in said]
     fresh = [text for text in _throughput(tables, section.runs) if text[1:] not in said]
     return [
-        *_service(tables),
+        *_service(tables, section.begins_s),
         *fresh,
         *_truncated(section.runs),
         *_pairs(tables),
@@ -137,7 +138,7 @@ def headline(section: Section, said: str = "") -> list[str]:
     ]
 
 
-def _service(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+def _service(tables: Mapping[str, pd.DataFrame], begins_s: float) -> list[str]:
     """Say of a single run whether its stops were kept, where most time was lost, and what was closed."""
     sentences = []
     if "stops" in tables:
@@ -161,9 +162,10 @@ def _service(tables: Mapping[str, pd.DataFrame]) -> list[str]:
         )
     if "blocked" in tables:
         blocked = tables["blocked"]
+        when = clock if begins_s > 0.0 else lambda time_s: f"{number(time_s)} s"
         parts = [
-            f"{row[c.PLACE]} ({row[c.CAUSE]}) from {number(row[c.FROM])} s "
-            + ("to the end" if pd.isna(row[c.UNTIL]) else f"to {number(row[c.UNTIL])} s")
+            f"{row[c.PLACE]} ({row[c.CAUSE]}) from {when(row[c.FROM])} "
+            + ("to the end" if pd.isna(row[c.UNTIL]) else f"to {when(row[c.UNTIL])}")
             for _, row in blocked.head(_MOST_NAMES).iterrows()
         ]
         more = f" and {len(blocked) - len(parts)} more" if len(blocked) > len(parts) else ""

@@ -92,7 +92,13 @@ def latex_text(frame: pd.DataFrame, numeric: Sequence[bool], caption: str, name:
         column_format="".join("r" if is_number else "l" for is_number in numeric),
     )
     # Typographic characters of the page that LaTeX's default encodings do not all know.
-    known = {DASH: "--", "\N{NO-BREAK SPACE}": "~", PLUS_MINUS: r"$\pm$", "\N{MICRO SIGN}": r"\textmu{}"}
+    known = {
+        DASH: "--",
+        "\N{NO-BREAK SPACE}": "~",
+        PLUS_MINUS: r"$\pm$",
+        "\N{MICRO SIGN}": r"\textmu{}",
+        "\N{RIGHTWARDS ARROW}": r"$\to$",
+    }
     for character, command in known.items():
         text = str(text).replace(character, command)
     return str(text)

@@ -55,3 +55,15 @@ def heading(column: str) -> str:
         if column.endswith(end) and column != end:
             return f"{column.removesuffix(end).replace('_', ' ')} [{unit}]"
     return column.replace("_", " ")
+
+
+def clock(time_s: float) -> str:
+    """Return a time of SUMO as a time of day.
+
+    Examples
+    --------
+    >>> clock(36150.0), clock(90000.0)
+    ('10:02:30', '25:00:00')
+    """
+    minutes, seconds = divmod(round(time_s), 60)
+    return f"{minutes // 60}:{minutes % 60:02d}:{seconds:02d}"
