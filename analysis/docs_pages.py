@@ -6,11 +6,12 @@ import ast
 import dataclasses
 import inspect
 import itertools
+import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -32,6 +33,7 @@ echo 'eval "$(_LOOPGATE_COMPLETE=zsh_source loopgate)"' >> ~/.zshrc
 _LOOPGATE_COMPLETE=fish_source loopgate > ~/.config/fish/completions/loopgate.fish"""
 _EXIT_CODES = """0: done. 2: bad input, one line says what. 3: a run ended in a deadlock. 4: a gated run was
 not clean. 5: vehicles starved behind one that stands. 130: interrupted."""
+_NOTEBOOKS = Path(__file__).parents[1] / "docs" / "notebooks"
 _HEADINGS = "Tables of a run", "A row of a sweep", "Tables of an analysis"
 _ELSEWHERE, _HERE = "https://unpkg.com/iframe-worker/shim", "assets/iframe-worker.js"
 _SCENARIO = """# Scenario
@@ -48,7 +50,33 @@ def pages() -> dict[str, str]:
         "reference/columns.md": column_names(),
         "reference/summary.md": figures(),
         "reference/python.md": functions(),
+        **{f"notebooks/{file.stem}.md": notebook(file) for file in sorted(_NOTEBOOKS.glob("*.ipynb"))},
     }
+
+
+def notebook(file: Path) -> str:
+    """Return a notebook as a page: its words, code, and what is stored of its tables and pictures."""
+    cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+    parts = ["".join(cell["source"]) if cell["cell_type"] == "markdown" else _cell(cell) for cell in cells]
+    title, *rest = parts
+    return "\n\n".join([title, f"As a notebook: [{file.name}]({file.name}).", *rest]) + "\n"
+
+
+def _cell(cell: Mapping[str, Any]) -> str:
+    """Return the code of a cell, and what it shows."""
+    parts = ["```python\n" + "".join(cell["source"]) + "\n```"]
+    for output in cell["outputs"]:
+        data = {kind: "".join(lines) for kind, lines in output.get("data", {}).items()}
+        if "image/png" in data:
+            parts.append(
+                f'<img alt="What the line above draws" src="data:image/png;base64,{data["image/png"]}">'
+            )
+        elif "text/html" in data:
+            table = re.sub(r"<style.*?</style>|^\s+", "", data["text/html"], flags=re.DOTALL | re.MULTILINE)
+            parts.append(table.strip())
+        else:
+            parts.append("```text\n" + (data.get("text/plain") or "".join(output["text"])).rstrip() + "\n```")
+    return "\n\n".join(parts)
 
 
 def commands() -> str:

@@ -1,4 +1,4 @@
-"""The notebooks of the documentation run from the first cell to the last."""
+"""The notebooks of the documentation run from first to last cell, and are stored with their pictures."""
 
 from __future__ import annotations
 
@@ -39,9 +39,15 @@ def test_the_notebook_runs(
             assert repr(shown) if rich is None else rich()
 
 
-def test_there_are_notebooks_without_output() -> None:
-    """Three; output would be of another version, and is large."""
-    assert len(NOTEBOOKS) == 3
-    for notebook in NOTEBOOKS:
-        found = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
-        assert not any(cell.get("outputs") for cell in found)
+@pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
+def test_it_is_stored_with_what_it_shows(notebook: Path) -> None:
+    """`analysis/notebooks.py` stores each last line with its value; one at least is a picture."""
+    found = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    coded = [cell for cell in found if cell["cell_type"] == "code"]
+    for cell in coded:
+        ends = isinstance(ast.parse("".join(cell["source"])).body[-1], ast.Expr)
+        assert bool(cell["outputs"]) == ends
+        assert cell["execution_count"]
+    pictures = [o for cell in coded for o in cell["outputs"] if "image/png" in o.get("data", {})]
+    assert pictures
+    assert notebook.stat().st_size < 500_000
