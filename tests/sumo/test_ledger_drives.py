@@ -275,10 +275,10 @@ WAKES = {"_wake_watchers": forget_watchers, "_wake_waiting": forget_waiting}
 def test_were_a_wake_missed_that_would_be_noticed(
     missed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nothing is foreseen of long vehicles: they are asked again only once others are past, or leave."""
+    """Nothing is foreseen of IDM's vehicles: they are asked again only once others are past, or leave."""
     if missed:
         monkeypatch.setattr(ledger.Ledger, missed, WAKES[missed])
-    lines = ['<vType id="long" length="12"/>']
+    lines = ['<vType id="long" length="12" carFollowModel="IDM"/>']
     for loop in generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0)):
         lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}"/>')
         lines += [f'<vehicle id="{loop.id}.{k}" type="long" route="{loop.id}" depart="0"/>' for k in range(4)]

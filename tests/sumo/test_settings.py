@@ -18,6 +18,14 @@ from loopgate.simulation.scenario import Scenario
 pytestmark = pytest.mark.sumo
 
 SLOW = 'maxSpeed="3"'
+UNTOLD = 'desiredMaxSpeed="3"'
+KINDS = {
+    "slow": SLOW,
+    "slow drivers": 'speedFactor="0.4" speedDev="0"',
+    "dawdling": 'accel="6" sigma="0.9"',
+    "motorcycle": 'vClass="motorcycle"',
+    "bus": 'vClass="bus" length="18"',
+}
 GRID = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
 
 
@@ -29,14 +37,22 @@ def driven(folder: Path, attributes: str) -> Mapping[str, Any]:
     return simulate(Scenario(network=GRID, routes=str(file), vehicles=140, duration_s=300.0, positions=True))
 
 
-def test_nothing_is_foreseen_of_who_is_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_vehicle_is_foreseen_by_what_it_can(kind: str, tmp_path: Path) -> None:
+    """Its length, acceleration, top speed, speed factor and dawdling are its own: bodies never touch."""
+    summary = driven(tmp_path, KINDS[kind])
+    assert not any("nothing is foreseen" in warning for warning in summary["warnings"])
+    assert (summary["audit"], summary["collisions"], summary["trespasses"]) == ("clean", 0, 0)
+
+
+def test_nothing_is_foreseen_of_who_wants_to_be_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run says so and is clean; if something is foreseen of them all the same, they meet on crossings."""
-    summary = driven(tmp_path, SLOW)
+    summary = driven(tmp_path, UNTOLD)
     (warning,) = summary["warnings"]
     assert "nothing is foreseen" in warning
     assert (summary["audit"], summary["collisions"], summary["trespasses"]) == ("clean", 0, 0)
     monkeypatch.setattr(assembly, "unforeseen", lambda _network, _users: {})
-    foreseen = driven(tmp_path, SLOW)
+    foreseen = driven(tmp_path, UNTOLD)
     assert foreseen["warnings"] == []
     assert any("on the stretch that" in finding for finding in foreseen["audit"])
 
@@ -46,7 +62,7 @@ def test_nothing_is_foreseen_of_who_is_slow_and_departs_later(tmp_path: Path) ->
     file = tmp_path / "loops.rou.xml"
     write_loops(random_loops(Scenario(network=GRID), RoadNetwork.open(GRID), 2).loops, file)
     later = "".join(f'<vehicle id="v{k}" type="t" route="loop{k}" depart="{60 * k}"/>' for k in range(2))
-    words = file.read_text().replace("<routes>", f'<routes><vType id="t" {SLOW}/>')
+    words = file.read_text().replace("<routes>", f'<routes><vType id="t" {UNTOLD}/>')
     file.write_text(words.replace("</routes>", f"{later}</routes>"))
     assembled = assemble(Scenario(network=GRID, routes=str(file), duration_s=300.0))
     assert [track.foreseen for track in (*assembled.tracks, *assembled.later_tracks)] == [False, False]

@@ -15,9 +15,10 @@ For the vehicle that must be past first, the rule assumes a weak start and slow 
 comes, it assumes the highest speed that limits and driver allow. The vehicle ahead in a place is assumed to
 stand.
 
-The rule predicts nothing of a vehicle that is long, that changes lanes on its crossing, whose driver differs
-from SUMO's cars, or that may have to wait on the junction: for an earlier grant in its way, or behind a
-vehicle that left the same lane in another direction.
+Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). The rule predicts nothing
+of a vehicle that changes lanes on its crossing, that follows another model than SUMO's cars, or that may have
+to wait on the junction: for an earlier grant in its way, or behind a vehicle that left the same lane in
+another direction.
 """
 
 from __future__ import annotations
@@ -35,9 +36,7 @@ IN_THE_WAY: Final = 3
 
 _BEYOND_M: Final = 0.5
 _APART_S: Final = 0.5
-_SLOW: Final = 0.7
 _AHEAD_S: Final = 2.0
-_WEAK: Final = 0.5
 _GAP_M: Final = 2.5
 _NEXT: Final = 1 << 60
 """Stands for the number of a grant yet to come."""
@@ -101,11 +100,11 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
     if other.steered or not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
         return IN_THE_WAY
     make = vehicle.make
-    slow = min(other.make.top, _SLOW * trip.over.speed)
+    slow = other.make.surely(trip.over.speed)
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
     reach_m = vehicle.line_m - vehicle.front_m + foe.from_m
     reached_s = time_s(reach_m, vehicle.speed, make.accel, make.top) - _APART_S
-    if time_s(left_m, other.speed, other.make.accel, slow) > reached_s or _may_be_held(trip, inside_m):
+    if time_s(left_m, other.speed, other.make.sure_accel, slow) > reached_s or _may_be_held(trip, inside_m):
         return IN_THE_WAY
     room_m = _room_m(other, trip.into)
     if inside_m < trip.over.wait_m:
@@ -129,8 +128,8 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, sha
     to_go_m = vehicle.line_m - vehicle.front_m + enters_m
     reached_s = max(soonest_s / make.haste, time_s(to_go_m, vehicle.speed, make.accel, make.top))
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
-    slow = min(other.make.top, _SLOW * min(theirs.speed, shared.least))
-    passed_s = time_s(left_m, other.speed, _WEAK * other.make.accel, slow)
+    slow = other.make.surely(min(theirs.speed, shared.least))
+    passed_s = time_s(left_m, other.speed, other.make.weak_accel, slow)
     if passed_s + _AHEAD_S > reached_s:
         return False
     room_m = _room_m(other, trip.into)
@@ -157,9 +156,9 @@ def _comes_later(
     )
     make = vehicle.make
     to_m = max(0.0, foe.to_m + vehicle.line_m - vehicle.front_m)
-    slow = min(make.top, _SLOW * foe.mean)
-    rear_s = (make.length_m + _BEYOND_M) / min(make.top, _SLOW * over.speed)
-    if time_s(to_m, vehicle.speed, _WEAK * make.accel, slow) + rear_s + _AHEAD_S > comes_s:
+    slow = make.surely(foe.mean)
+    rear_s = (make.length_m + _BEYOND_M) / make.surely(over.speed)
+    if time_s(to_m, vehicle.speed, make.weak_accel, slow) + rear_s + _AHEAD_S > comes_s:
         return False
     room_m = _room_ahead_m(vehicle) - make.length_m - _BEYOND_M
     return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
@@ -219,4 +218,4 @@ def _room_ahead_m(vehicle: Vehicle) -> float:
 def _behind_m(vehicle: Vehicle, first: Body, begin_m: float) -> float:
     before = first.vehicle
     between_m = before.front_m - first.begin_m - vehicle.front_m + begin_m
-    return between_m - before.make.length_m - _GAP_M
+    return between_m - before.make.length_m - max(_GAP_M, vehicle.make.gap_m)

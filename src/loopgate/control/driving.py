@@ -32,7 +32,7 @@ from loopgate.control.stops import Stops
 from loopgate.errors import ClosedLaneError, TrafficError
 from loopgate.network.stops import Stop
 from loopgate.results.columns import TAKEN_OUT, Event
-from loopgate.traffic.base import Insertion, Traffic
+from loopgate.traffic.base import Dynamics, Insertion, Traffic
 
 
 class Paths:
@@ -419,13 +419,9 @@ class Driving:
         for number, track in sorted(enumerate(tracks, made), key=lambda one: _behind_m(one[1])):
             like = traffic.dynamics(track.vehicle)
             haste = max(1.0, like.speed_factor)
-            make = Make(
-                like.length_m,
-                like.accel_mps2,
-                like.decel_mps2,
+            make = make_of(
+                like,
                 track.top_speed_mps * haste,
-                haste,
-                like.min_gap_m,
                 # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
                 foreseen=track.foreseen and not traffic.gives_way,
                 brakes_late=track.brakes_late,
@@ -687,3 +683,20 @@ class Driving:
 def _behind_m(track: Track) -> float:
     """Return where the place of a vehicle begins, counted from its front [m]; negative."""
     return track.legs[track.position].begin_m - track.front_m
+
+
+def make_of(like: Dynamics, top: float, *, foreseen: bool, brakes_late: bool) -> Make:
+    """Return the properties of a vehicle from what the simulator says of it; `top`: its top speed [m/s]."""
+    return Make(
+        like.length_m,
+        like.accel_mps2,
+        like.decel_mps2,
+        top,
+        max(1.0, like.speed_factor),
+        like.min_gap_m,
+        pace=like.speed_factor,
+        own_top=like.top_mps,
+        dawdles=like.dawdles,
+        foreseen=foreseen,
+        brakes_late=brakes_late,
+    )

@@ -262,6 +262,22 @@ class GrantedPass:
         self.clear_m: Final = clear_m
 
 
+_SLOW: Final = 0.7
+"""Share of a speed limit that drivers surely reach: a draw of the speed factor, and dawdling, are in it."""
+
+_SLOWEST: Final = 0.8
+"""The lowest speed factor for which that share holds; whoever is slower reaches less in proportion."""
+
+_WEAK: Final = 0.5
+"""Share of the acceleration that a driver who starts surely uses: 1 less SUMO's default sigma."""
+
+_DAWDLING_MPS: Final = 1.75
+"""Speed that a driver may lose in a second by dawdling without being slower than that share of the limit."""
+
+_CREEPS_MPS: Final = 0.1
+"""Lowest speed that predictions use, so that their times are finite [m/s]."""
+
+
 class Make:
     """Properties of a vehicle: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
@@ -269,11 +285,31 @@ class Make:
     when it stands [m]. `foreseen`: whether the time at which it clears a crossing can be predicted.
     `brakes_late`: whether its driver may brake later than SUMO's default. `stops_m`: braking distance from
     top speed, in steps of a second [m].
+
+    For such predictions: `pace`: its speed factor. `own_top`: its top speed whatever the limits [m/s].
+    `dawdles`: the share of its acceleration that its driver may leave unused, SUMO's sigma. From these follow
+    `sure_accel`, `weak_accel`: what it accelerates at least, under way and from a standstill [m/s2].
     """
 
-    __slots__ = ("accel", "brakes_late", "decel", "foreseen", "gap_m", "haste", "length_m", "stops_m", "top")
+    __slots__ = (
+        "_dawdling",
+        "accel",
+        "brakes_late",
+        "dawdles",
+        "decel",
+        "foreseen",
+        "gap_m",
+        "haste",
+        "length_m",
+        "own_top",
+        "pace",
+        "stops_m",
+        "sure_accel",
+        "top",
+        "weak_accel",
+    )
 
-    def __init__(
+    def __init__(  # noqa: PLR0913  as many figures as SUMO gives, all after the gap by name
         self,
         length_m: float,
         accel: float,
@@ -282,11 +318,14 @@ class Make:
         haste: float,
         gap_m: float = 2.5,
         *,
+        pace: float = 1.0,
+        own_top: float = inf,
+        dawdles: float = 0.5,
         foreseen: bool = True,
         brakes_late: bool = False,
     ) -> None:
         self.brakes_late: Final = brakes_late
-        self.foreseen: Final = foreseen
+        self.foreseen: Final = foreseen and dawdles < 1.0
         self.gap_m: Final = gap_m
         self.length_m: Final = length_m
         self.accel: Final = accel
@@ -294,11 +333,36 @@ class Make:
         self.top: Final = top
         self.haste: Final = haste
         self.stops_m: Final = braking_m(top, decel, 1.0)
+        self.pace: Final = pace
+        self.own_top: Final = own_top
+        self.dawdles: Final = dawdles
+        self.weak_accel: Final = accel * min(_WEAK, 1.0 - dawdles)
+        self.sure_accel: Final = min(accel, self.weak_accel / _WEAK)
+        self._dawdling: Final = max(0.0, dawdles * accel - _DAWDLING_MPS)
+
+    def surely(self, limit: float) -> float:
+        """Return the speed that the vehicle surely keeps where it is free to drive at a limit [m/s]."""
+        wanted = min(self.top, self.own_top, limit * min(1.0, self.pace / _SLOWEST))
+        return max(_CREEPS_MPS, _SLOW * wanted - self._dawdling)
+
+    @property
+    def figures(self) -> tuple[float, ...]:
+        """All that distinguishes the vehicle from others under the gate."""
+        size = self.length_m, self.gap_m
+        drives = self.accel, self.decel, self.top, self.haste
+        return *size, *drives, self.pace, self.own_top, self.dawdles
 
     def with_top(self, top: float) -> Make:
         """Return the same properties with another top speed [m/s]."""
         now = self.length_m, self.accel, self.decel, top, self.haste, self.gap_m
-        return Make(*now, foreseen=self.foreseen, brakes_late=self.brakes_late)
+        return Make(
+            *now,
+            pace=self.pace,
+            own_top=self.own_top,
+            dawdles=self.dawdles,
+            foreseen=self.foreseen,
+            brakes_late=self.brakes_late,
+        )
 
 
 POINT: Final = Make(0.0, 1.0, 1.0, 1.0, 1.0)

@@ -10,8 +10,8 @@ from dataclasses import replace
 from loopgate.abstraction.itinerary import Track
 from loopgate.control.blocking import ahead
 from loopgate.control.diary import Diary
-from loopgate.control.driving import Driving
-from loopgate.control.places import STANDING_MPS, Make
+from loopgate.control.driving import Driving, make_of
+from loopgate.control.places import STANDING_MPS
 from loopgate.gates.base import Reason
 from loopgate.traffic.base import Dynamics, Traffic
 
@@ -124,7 +124,6 @@ class Leading:
         if one.speed > top:
             top = one.speed + can.accel_mps2 * self._traffic.step_s
         before = one.make
-        now = (can.length_m, can.accel_mps2, can.decel_mps2, top, haste, can.min_gap_m)
-        if now != (before.length_m, before.accel, before.decel, before.top, before.haste, before.gap_m):
-            one.make = Make(*now, foreseen=before.foreseen, brakes_late=before.brakes_late)
+        one.make = make_of(can, top, foreseen=before.foreseen, brakes_late=before.brakes_late)
+        if one.make.figures != before.figures:
             self._ledger.consider(one)  # the vehicle may have to ask sooner

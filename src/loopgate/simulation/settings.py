@@ -15,12 +15,13 @@ from loopgate.network.vehicle_type import VehicleType
 from loopgate.reading import shown
 from loopgate.simulation.braking_trial import why_overruns
 
-_MODEL, _TAU, _ACTION, _GAP, _MINOR = (
+_MODEL, _TAU, _ACTION, _GAP, _MINOR, _DESIRED = (
     "carFollowModel",
     "tau",
     "actionStepLength",
     "minGap",
     "jmSigmaMinor",
+    "desiredMaxSpeed",
 )
 
 _LETS = {
@@ -46,16 +47,12 @@ _LEAST_GAP_M = 0.5
 _MOST_DAWDLING_MPS2 = 1.75
 """Largest acceleration times sigma: the speed that a driver may lose in a second without a reason."""
 
-_LEAST_TOP, _LEAST_PACE, _MOST_DEVIATION = 0.8, 0.9, 0.1
-"""Limits relative to the speed limit: least top speed, least mean speed factor, and its largest deviation. A
-slower vehicle is on a crossing for longer than predicted."""
+_LEAST_TOP = 0.8
+"""A vehicle whose desired top speed is below this share of the limit is on a crossing for longer than
+predicted: SUMO tells of each vehicle how fast it can drive, not how fast it would like to."""
 
-_LONG_M = 9.0
-"""A vehicle longer than this swings out, so the time that it blocks a crossing depends on both vehicles'
-positions [m]."""
-
-_OF_THEIR_OWN = frozenset({"bicycle", "motorcycle", "scooter"})
-"""Vehicle classes that SUMO's defaults make slower, or dawdle more, than these limits."""
+_SLOWER_THAN_THEY_CAN = frozenset({"bicycle"})
+"""Vehicle classes to which SUMO gives a low desired top speed by default."""
 
 _ROUNDING = 1e-9
 
@@ -220,7 +217,8 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
     Returns
     -------
     dict
-        A warning for each such type, by its name; empty if all drive like SUMO's cars.
+        A warning for each such type, by its name. Of the other types each vehicle's own length, acceleration,
+        top speed and speed factor decide, see `loopgate.control.places.Make`.
     """
     fastest: dict[str, tuple[VehicleType, float]] = {}
     for loop, kind in {(loop.id, kind.id): (loop, kind) for loop, kind in users}.values():
@@ -239,18 +237,13 @@ def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
     """Return the attributes by which a type differs from SUMO's cars; empty if there are none."""
     model, accel, sigma = kind.attributes.get(_MODEL), _number(kind, "accel"), _number(kind, "sigma")
     minor = _number(kind, _MINOR, 0.0)
-    pace, deviation = _speed_factor(kind)
-    tops = {name: _number(kind, name, limit_mps) for name in ("maxSpeed", "desiredMaxSpeed")}
-    slow, top = min(tops.items(), key=lambda item: item[1])
+    top = _number(kind, _DESIRED, limit_mps)
     checks = {
         f"{_MODEL} {model}": model in _UNFORESEEN,
-        f"length {kind.length_m:g} m": kind.length_m > _LONG_M,
-        f"vClass {kind.vclass}": kind.vclass in _OF_THEIR_OWN,
-        f"accel {accel:g} with sigma {sigma:g}": accel * sigma > _MOST_DAWDLING_MPS2,
+        f"vClass {kind.vclass}": kind.vclass in _SLOWER_THAN_THEY_CAN and _DESIRED not in kind.attributes,
+        f"sigma {sigma:g}": sigma >= 1.0,
         f"accel {accel:g} with {_MINOR} {minor:g}": accel * minor > _MOST_DAWDLING_MPS2,
-        f"{slow} {top:g} where the limit is {limit_mps:g} m/s": top < _LEAST_TOP * limit_mps,
-        f"speedFactor {pace:g} with deviation {deviation:g}": pace < _LEAST_PACE
-        or deviation > _MOST_DEVIATION,
+        f"{_DESIRED} {top:g} where the limit is {limit_mps:g} m/s": top < _LEAST_TOP * limit_mps,
     }
     return next((text for text, holds in checks.items() if holds), "")
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 from typing import Final, NamedTuple, Protocol
 
 import numpy as np
@@ -42,7 +43,9 @@ class Insertion:
 class Dynamics:
     """Data of a vehicle: length [m], acceleration and deceleration [m/s2], factor on speed limits [1].
 
-    `min_gap_m`: the gap to a vehicle ahead when it stands; by default SUMO's for a car [m].
+    `min_gap_m`: the gap to a vehicle ahead when it stands; by default SUMO's for a car [m]. `top_mps`: its
+    own top speed, whatever the limits [m/s]. `dawdles`: the share of its acceleration that its driver may
+    leave unused in a step, SUMO's sigma.
     """
 
     length_m: float
@@ -50,6 +53,8 @@ class Dynamics:
     decel_mps2: float
     speed_factor: float
     min_gap_m: float = 2.5
+    top_mps: float = inf
+    dawdles: float = 0.5
 
 
 class Light(NamedTuple):

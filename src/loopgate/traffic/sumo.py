@@ -467,7 +467,15 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         self._is_parking = read("vehicle_isStoppedParking")
         self._like = [
             read(f"vehicle_{name}")
-            for name in ("getLength", "getAccel", "getDecel", "getSpeedFactor", "getMinGap")
+            for name in (
+                "getLength",
+                "getAccel",
+                "getDecel",
+                "getSpeedFactor",
+                "getMinGap",
+                "getMaxSpeed",
+                "getImperfection",
+            )
         ]
         self._seen, self._seen_s = Whereabouts(), -inf
         self._now = float(api.simulation.getTime())
