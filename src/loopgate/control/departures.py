@@ -21,7 +21,10 @@ from loopgate.gates.base import Reason
 from loopgate.traffic.base import Traffic
 
 _AGAIN_S: Final = 1.0
-"""A vehicle that could not depart is tried again after this time [s]."""
+"""A vehicle that could not depart is tried again after this time [s].
+
+The time doubles, up to `_PATIENCE_S`, each time that SUMO does not insert it: its place is shut while it is
+tried, and SUMO may refuse it for good as long as a vehicle waits close behind the place to come in."""
 
 _AT_LEAST: Final = 0.05
 """While fewer vehicles than this share of all slots drive once, crowded paths stop no departure."""
@@ -105,6 +108,8 @@ class DepartureRules:
         self._turn = {one.vehicle: number for number, one in enumerate(due)}
         self._outside: dict[tuple[str, bool], list[VehicleStart]] = {}
         self._tried_s: dict[str, float] = {}
+        self._missed: dict[str, int] = {}
+        """How often SUMO has not inserted a vehicle that was let in."""
         self._ahead: dict[str, dict[Place, float]] = {}
         """The places ahead of each vehicle that is tried, with their speed limits [m/s]."""
         self._others = 0
@@ -117,6 +122,7 @@ class DepartureRules:
         """Let the vehicles depart that want to by now, as far as places, gate and crowding allow."""
         now_s, driving = self._traffic.now_s, self._driving
         for track in driving.arrivals.missed:
+            self._missed[track.vehicle] = self._missed.get(track.vehicle, 0) + 1
             self._wait(self._by_name[track.vehicle])
         while self._coming and self._coming[0].demand.depart_s <= now_s:
             self._wait(self._coming.popleft())
@@ -160,7 +166,8 @@ class DepartureRules:
             if (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
                 driving.ledger.shut(leg.place)
             return False
-        if now_s < self._tried_s.get(track.vehicle, now_s - _AGAIN_S) + _AGAIN_S:
+        again_s = min(_PATIENCE_S, _AGAIN_S * 2.0 ** (self._missed.get(track.vehicle, 1) - 1))
+        if now_s < self._tried_s.get(track.vehicle, now_s - again_s) + again_s:
             return False
         self._tried_s[track.vehicle] = now_s
         if not driving.ledger.fits(leg) or not self._admits(track):

@@ -1,0 +1,32 @@
+"""Vehicles that depart: how often their place is shut to the others."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+from loopgate.control.departures import DepartureRules
+from loopgate.control.places import Place, path_of
+
+
+def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place() -> None:
+    """SUMO may refuse it as long as another vehicle waits behind the place, for as long as that is shut."""
+    place, now = Place("a", 2), SimpleNamespace(now_s=0.0)
+    shut: list[float] = []
+    track = SimpleNamespace(vehicle="late", position=0)
+    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True, let_in=lambda *_: True)
+    driving = SimpleNamespace(
+        arrivals=arrivals,
+        ledger=SimpleNamespace(vehicles={}, fits=lambda _: True, shut=lambda _: shut.append(now.now_s)),
+        paths=SimpleNamespace(of=lambda _: path_of([place, Place("b", 2)], closed=True)),
+        once=0,
+    )
+    demand = SimpleNamespace(depart_s=0.0, led=SimpleNamespace(goes_on=True))
+    loop, kind = SimpleNamespace(closed=False), SimpleNamespace(min_gap_m=2.5)
+    names = {"vehicle": "late", "place": "a", "insertion": None}
+    late = SimpleNamespace(track=track, demand=demand, loop=loop, type=kind, **names)
+    rules = DepartureRules(cast("Any", now), cast("Any", driving), [cast("Any", late)], 4, {})
+    for second in range(100):
+        now.now_s = float(second)
+        rules.look()
+        arrivals.missed = [track] if second in shut else []
+    assert shut[:3] == [0.0, 1.0, 3.0]
+    assert len(shut) == 9
