@@ -7,8 +7,9 @@ A vehicle changes lanes on a change stretch, once its rear has left the place be
 stands at the guide until one does. Since crossings exclude each other, the other vehicles on the stretch make
 the same change or stay on the first lane. The vehicle holds a slot beyond the stretch, so the vehicles in its
 way move up. It asks SUMO for the change only when no vehicle ahead of it has yet to make the same change, and
-when the vehicle in the slot ahead of its own is ahead of it by its full length. Otherwise it could overtake a
-vehicle that waits for a gap, and the line on the road would differ from the line in the ledger.
+when the vehicle in the slot ahead of its own will be ahead of it by its full length after the next step too.
+SUMO lets a vehicle drive before it changes lanes, and nobody slows it down on its old lane. Otherwise it could
+overtake, and the line on the road would differ from the line in the ledger.
 
 A stray, which SUMO has taken to a lane outside its loop, is led back in the same way. It keeps its slot
 beside that lane. If no gap opens for a minute, it is put on its lane.
@@ -179,7 +180,7 @@ class Steering(Part):
             self._traffic.keep_to(name, 0.0)
         if self._traffic.now_s - way.astray_s >= _LONG_S:
             return self._traffic.put_on_lane(name, lane)
-        if astray or _is_next(way, self._ways.values()):
+        if astray or _is_next(way, self._ways.values(), self._traffic.step_s):
             self._traffic.change_lane(name, lane)
         return False
 
@@ -200,8 +201,11 @@ class Steering(Part):
             self._traffic.hold(way.vehicle.name, guide.edge, guide.lane, guide.position_m)
 
 
-def _is_next(way: _Guides, ways: Iterable[_Guides]) -> bool:
-    """Return whether a vehicle may change lanes now: no vehicle before it must, and none is beside it."""
+def _is_next(way: _Guides, ways: Iterable[_Guides], step_s: float) -> bool:
+    """Return whether a vehicle may change lanes now: no vehicle before it must, and it overtakes none.
+
+    It changes after the next step, of `step_s` [s]. In it, it may speed up, and the vehicle ahead brake.
+    """
     vehicle, guide, past_m = way.vehicle, way.guides[0], way.past_m()
     change = guide.edge, guide.lane, guide.to_lane
     for other in ways:
@@ -214,5 +218,8 @@ def _is_next(way: _Guides, ways: Iterable[_Guides]) -> bool:
     if at == 0:
         return True
     ahead = body.place.bodies[at - 1]
-    inside_m = ahead.vehicle.front_m - ahead.begin_m
-    return inside_m - ahead.vehicle.make.length_m >= vehicle.front_m - body.begin_m
+    other, make = ahead.vehicle, vehicle.make
+    least_mps = max(0.0, other.speed - other.make.decel * step_s)
+    most_mps = 0.0 if way.still else vehicle.speed + make.accel * step_s
+    gap_m = other.front_m - ahead.begin_m - other.make.length_m - (vehicle.front_m - body.begin_m)
+    return gap_m + (least_mps - most_mps) * step_s >= 0.0

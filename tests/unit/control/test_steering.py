@@ -126,6 +126,22 @@ def test_it_changes_lanes_behind_the_vehicle_before_it_as_a_whole() -> None:
     changes(one)
 
 
+def test_it_does_not_overtake_in_the_step_after_which_it_changes_lanes() -> None:
+    """SUMO lets it drive before it changes: it would come to lie before a slow one ten metres ahead."""
+    one, other = followed(0.0)
+    one.traffic.gaps = False
+    while one.vehicle.front_m <= CHANGE_AT_M + CAR.length_m:
+        one.step()
+    assert one.car.speed == CAR.top
+    one.traffic.gaps = True
+    other.front_m, other.speed = one.vehicle.front_m + CAR.length_m + 10.0, 0.0
+    for _ in range(3):
+        assert not one.steering.step()
+    assert one.vehicle.lane == 0
+    other.speed = CAR.top
+    changes(one)
+
+
 def test_it_changes_lanes_after_one_before_it_that_does_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """That one has no gap, and a slot elsewhere."""
     one = World(Guide("e", 0, PIN_M, 0.0, to_lane=1))
