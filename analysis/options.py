@@ -14,7 +14,7 @@ import sumo
 
 from loopgate.simulation.settings import UNDER_NO_GATE
 from loopgate.simulation.sumo.devices import LEADING
-from loopgate.simulation.sumo_options import HONOURED, QUIET, UNDER_GATE
+from loopgate.simulation.sumo_options import HONOURED, QUIET, SWITCHED_OFF, UNDER_GATE
 from loopgate.simulation.sumo_words import NEVER, REPLACED
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "options.md"
@@ -93,6 +93,11 @@ def what_of(name: str) -> tuple[str, str]:
     found = [
         *((TOLD, NEVER[one]) for one in [name] if one in {"remote-port", "num-clients"}),
         *((HONOURED_, HONOURED[one]) for one in [name] if one in HONOURED),
+        *(
+            (TOLD, f"{UNDER_NO_GATE[one].partition(';')[0]}; open has it")
+            for one in [name]
+            if one in SWITCHED_OFF
+        ),
         *((REFUSED, UNDER_NO_GATE[one]) for one in [name] if one in UNDER_NO_GATE),
         *((TOLD, REPLACED[one] + quiet) for one in [name] if one in REPLACED),
         *((TOLD, UNDER_GATE[one]) for one in [name] if one in UNDER_GATE),

@@ -406,6 +406,7 @@ def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
         (("--step-length", "2"), "step-length is 2"),
         (("--step-method.ballistic",), "step-method.ballistic"),
         (("--lanechange.duration", "3"), "lanechange.duration 3"),
+        (("--lateral-resolution", "0.8"), "lateral-resolution 0.8"),
         (("--default.carfollowmodel", "IDM"), "default.carfollowmodel IDM"),
         (("--default.action-step-length", "2"), "default.action-step-length 2"),
     ],

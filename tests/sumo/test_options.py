@@ -23,7 +23,6 @@ OPTIONS: Any = importlib.util.module_from_spec(PLACE)
 PLACE.loader.exec_module(OPTIONS)
 
 LEFT = {
-    "lateral-resolution": "0.8",
     "ignore-junction-blocker": "40",
     "waiting-time-memory": "90",
     "time-to-impatience": "170",
@@ -37,7 +36,12 @@ LEFT = {
     "lanechange.overtake-right": "true",
     "default.emergencydecel": "9",
 }
-TOLD = {**dict.fromkeys(UNDER_GATE, "true"), "time-to-teleport": "120", "collision.action": "remove"}
+TOLD = {
+    **dict.fromkeys(UNDER_GATE, "true"),
+    "lateral-resolution": "0.8",
+    "time-to-teleport": "120",
+    "collision.action": "remove",
+}
 TOLD |= {"default.departspeed": "max", "default.departlane": "best", "max-depart-delay": "60"}
 TOLD |= {"random-depart-offset": "4", "insertion-checks": "none"}
 

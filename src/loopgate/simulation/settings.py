@@ -15,8 +15,9 @@ from loopgate.network.vehicle_type import VehicleType
 from loopgate.reading import shown
 from loopgate.simulation.braking_trial import why_overruns
 
-_MODEL, _TAU, _ACTION, _GAP, _MINOR, _DESIRED = (
+_MODEL, _LANES, _TAU, _ACTION, _GAP, _MINOR, _DESIRED = (
     "carFollowModel",
+    "laneChangeModel",
     "tau",
     "actionStepLength",
     "minGap",
@@ -60,6 +61,7 @@ UNDER_NO_GATE = {
     "step-method.ballistic": "vehicles overshoot the lines at which they are held; leave it out",
     "mesosim": "no vehicle is on a lane in a mesoscopic run; leave it out",
     "lanechange.duration": "a vehicle is between lanes for a while, which no place describes; leave it out",
+    "lateral-resolution": "vehicles pass each other within a lane, which no place describes; leave it out",
     "load-state": "the gate knows nothing of the vehicles in it; leave it out",
     "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
@@ -194,6 +196,8 @@ def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float) -> str:
     if kind.min_gap_m < _LEAST_GAP_M:
         return f"{_GAP} {kind.min_gap_m:g} is too small, bodies touch; give {_GAP} {_LEAST_GAP_M:g} m or more"
     means = {name: text for name, (usual, text) in _LETS.items() if _number(kind, name, usual) > usual}
+    if kind.attributes.get(_LANES) == "SL2015":
+        means[f"{_LANES} SL2015"] = "it change no lanes when told, and stand before merges for good"
     lets = next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
     if lets or model in _FORESEEN or limit_mps <= 0.0:
         return lets

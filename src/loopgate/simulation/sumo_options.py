@@ -17,7 +17,7 @@ from loopgate.network.sumo_config import SumoConfig, is_sumo_config, read_sumo_c
 from loopgate.network.traffic_file import check_flows, flows_in
 from loopgate.network.vehicle_demand import Flow, RoutesFile
 from loopgate.reading import shown
-from loopgate.simulation.settings import DEFAULTS, check_options, is_on
+from loopgate.simulation.settings import DEFAULTS, UNDER_NO_GATE, check_options, is_on
 from loopgate.simulation.sumo_words import NEVER, OWN_OUTPUT, REPLACED, own_words
 
 if TYPE_CHECKING:
@@ -136,12 +136,13 @@ def sumo_options(scenario: Scenario) -> SumoOptions:
     if config is None:
         return SumoOptions(tuple(shlex.split(words)), notes=beside)
     if scenario.gated:
-        _refuse(config.options, network)
+        _refuse({name: value for name, value in config.options.items() if name not in SWITCHED_OFF}, network)
         if scenario.routes not in {"", network} and traffic != network:
             _without_vehicles(config)
     port = ("--remote-port", "0") if is_on(config.options.get("remote-port", "")) else ()
+    off = [part for name, value in _switched_off(config, scenario) for part in (f"--{name}", value)]
     return SumoOptions(
-        ("--configuration-file", str(config.file), *port, *shlex.split(words)),
+        ("--configuration-file", str(config.file), *port, *off, *shlex.split(words)),
         config.additional_files,
         (*_notes(config, scenario), *beside),
         begin_s=begins_s(scenario),
@@ -245,11 +246,24 @@ UNDER_GATE = {
 """Options that have no effect on gated vehicles, and why."""
 
 
+SWITCHED_OFF = {"lateral-resolution": "-1"}
+"""Options of `UNDER_NO_GATE` without which a configuration can be driven, and the values that mean that."""
+
+
+def _switched_off(config: SumoConfig, scenario: Scenario) -> list[tuple[str, str]]:
+    """Return the options that the run switches off, with their values."""
+    said = config.options
+    return [one for one in SWITCHED_OFF.items() if scenario.gated and is_on(said.get(one[0], ""))]
+
+
 def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
     if is_on(port := config.options.get("remote-port", "")):
         yield f"{config.file}: remote-port {port} is not taken over: {NEVER['remote-port']}"
     for name in (name for name in UNDER_GATE if scenario.gated and is_on(config.options.get(name, ""))):
         yield f"{config.file}: {name} {config.options[name]}: {UNDER_GATE[name]}"
+    for name, _ in _switched_off(config, scenario):
+        why, _, _ = UNDER_NO_GATE[name].partition(";")
+        yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}; --gate open has it"
     for name, why in REPLACED.items():
         said = config.options.get(name, OWN_OUTPUT.get(name))
         if said == _SAME.get(name, ""):

@@ -33,11 +33,23 @@ def test_seed_step_and_duration_come_from_the_configuration(tmp_path: Path) -> N
 
 def test_all_else_is_passed_on(tmp_path: Path) -> None:
     """SUMO reads the configuration itself; what the run sets instead is said with the reason."""
-    name = configuration(tmp_path, "lateral-resolution=0.8", "tripinfo-output=t.xml", "time-to-teleport=300")
+    name = configuration(tmp_path, "tripinfo-output=t.xml", "time-to-teleport=300")
     said = sumo_options(Scenario.from_dict({"network": name, "sumo": "--scale 2 --fcd-output=f.xml"}))
     assert said.arguments == ("--configuration-file", name, "--scale", "2", "--fcd-output=f.xml")
     (note,) = said.notes
     assert "time-to-teleport 300 is not taken over: a gridlock would be hidden" in note
+
+
+def test_under_a_gate_no_lane_is_shared_side_by_side(tmp_path: Path) -> None:
+    """A configuration is driven without, with a warning; own words are refused; ``open`` has it."""
+    name = configuration(tmp_path, "lateral-resolution=0.8")
+    said = sumo_options(Scenario(network=name))
+    assert said.arguments[-2:] == ("--lateral-resolution", "-1")
+    (note,) = said.notes
+    assert "lateral-resolution 0.8 is not taken over: vehicles pass each other within a lane" in note
+    assert sumo_options(Scenario(network=name, gate="open")).arguments == ("--configuration-file", name)
+    with pytest.raises(ScenarioError, match=r"sumo: lateral-resolution 0\.8 does not go with a gate"):
+        sumo_options(Scenario(network="sumo:DRT", sumo="--lateral-resolution 0.8"))
 
 
 @pytest.mark.parametrize(
