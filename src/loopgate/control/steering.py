@@ -8,8 +8,8 @@ stands at the guide until one does. Since crossings exclude each other, the othe
 the same change or stay on the first lane. The vehicle holds a slot beyond the stretch, so the vehicles in its
 way move up. It asks SUMO for the change only when no vehicle ahead of it has yet to make the same change, and
 when the vehicle in the slot ahead of its own will be ahead of it by its full length after the next step too.
-SUMO lets a vehicle drive before it changes lanes, and nobody slows it down on its old lane. Otherwise it could
-overtake, and the line on the road would differ from the line in the ledger.
+SUMO lets a vehicle drive before it changes lanes, and nobody slows it down on its old lane. Otherwise it
+could overtake, and the line on the road would differ from the line in the ledger.
 
 A stray, which SUMO has taken to a lane outside its loop, is led back in the same way. It keeps its slot
 beside that lane. If no gap opens for a minute, it is put on its lane.
