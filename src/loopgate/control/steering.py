@@ -218,8 +218,8 @@ def _is_next(way: _Guides, ways: Iterable[_Guides], step_s: float) -> bool:
     if at == 0:
         return True
     ahead = body.place.bodies[at - 1]
-    other, make = ahead.vehicle, vehicle.make
-    least_mps = max(0.0, other.speed - other.make.decel * step_s)
+    before, make = ahead.vehicle, vehicle.make
+    least_mps = max(0.0, before.speed - before.make.decel * step_s)
     most_mps = 0.0 if way.still else vehicle.speed + make.accel * step_s
-    gap_m = other.front_m - ahead.begin_m - other.make.length_m - (vehicle.front_m - body.begin_m)
+    gap_m = before.front_m - ahead.begin_m - before.make.length_m - (vehicle.front_m - body.begin_m)
     return gap_m + (least_mps - most_mps) * step_s >= 0.0
