@@ -210,6 +210,19 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     return files
 
 
+_FOUND_LATER = {"studies": 0.2, "proofs": 0.2, "reference": 0.3, "options.md": 0.3, "attributes.md": 0.5}
+"""Folders and pages that have every word, and that the search shows behind the pages that answer a question."""
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Weigh the page in the search."""
+    del config, files
+    first = Path(page.file.src_uri).parts[0]
+    if first in _FOUND_LATER:
+        page.meta["search"] = {"boost": _FOUND_LATER[first]}
+    return markdown
+
+
 def on_post_page(output: str, page: Page, config: MkDocsConfig) -> str:
     """Take what the search needs from the site itself."""
     del config

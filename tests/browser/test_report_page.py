@@ -131,7 +131,7 @@ TORN = (
 EXPECTED = {
     "one": {"over-time", "movements", "unwatched", "seen-within"},
     "watch": {"unwatched", "seen-within"},
-    "sweep": {"throughput", "speed", "fundamental-diagram", "paired", "map", "decision-time"},
+    "sweep": {"throughput", "speed", "fundamental-diagram", "map"},
 }
 """Figures that every report of a single run, and of a sweep of two gates, has."""
 

@@ -81,3 +81,36 @@ def test_the_search_finds_a_term(site: Path, tab: Tab) -> None:
         time.sleep(0.1)
     assert found > 3
     assert [url for url in tab.requests if not url.startswith("file:")] == []
+
+
+QUESTIONS = {
+    "gridlock in roundabout": "troubleshooting",
+    "vehicles teleporting waited too long jam": "troubleshooting",
+    "constant number of vehicles": "tutorial",
+    "bus bunching headway": "stops",
+    "cyclical bus route with stops every round": "stops",
+    "keep clear intersection blocked": "troubleshooting",
+    "deadlock left turn": "concepts",
+    "vehicles never leave driving in circles": "troubleshooting",
+    "fleet of shuttles timetable": "stops",
+    "closed street rerouter detour": "standing",
+}
+"""What strangers asked in public threads about SUMO, and the page that answers."""
+
+
+def test_a_stranger_finds_the_page_that_answers(site: Path, tab: Tab) -> None:
+    """In the words of threads, among the first three; pages that have every word come behind."""
+    tab.size(1280, 900)
+    items = "[...document.querySelectorAll('.md-search-result__item')].slice(0, 3)"
+    links = f"{items}.map(i => i.querySelector('a').href)"
+    for words, page in QUESTIONS.items():
+        tab.open(site / "index.html")
+        tab.value("document.querySelector('.md-search__input').focus()")
+        tab.call("Input.insertText", text=words)
+        found: list[str] = []
+        for _ in range(100):
+            time.sleep(0.1)
+            before, found = found, tab.value(links)
+            if found and found == before:
+                break
+        assert any(f"/{page}.html" in link for link in found), (words, found)

@@ -18,13 +18,13 @@ _UNITS: Mapping[str, str] = {
     "_h": "h",
 }
 _HEADINGS: Mapping[str, str] = {
-    c.KM_PER_H: "throughput [vehicle-km/h]",
-    c.KM_PER_H_MEASURED: "throughput until its end [vehicle-km/h]",
+    c.KM_PER_H: "throughput [veh km/h]",
+    c.KM_PER_H_MEASURED: "throughput until its end [veh km/h]",
     c.SPEED: "mean speed [km/h]",
-    c.STOOD: "standing [vehicle-s]",
-    c.STOOD_H: "standing so far [vehicle-h]",
+    c.STOOD: "standing [veh s]",
+    c.STOOD_H: "standing so far [veh h]",
     c.STOOD_SHARE: "share of vehicle time standing",
-    c.LOST: "time lost [vehicle-h]",
+    c.LOST: "time lost [veh h]",
     c.LAP_TIME: "lap time [s]",
     c.CAPACITY: "capacity [vehicles]",
     c.RATE: "runs that lock up",

@@ -153,7 +153,7 @@ def test_figures_and_tables_are_files_too(full: Full) -> None:
     latex = (files / "fundamental.tex").read_text(encoding="utf-8")
     assert "series & vehicles & density [veh/km] & flow [veh/h] & mean speed [km/h]" in latex
     latex = (files / "throughput.tex").read_text(encoding="utf-8")
-    assert "series & vehicles & runs & throughput [vehicle-km/h]" in latex
+    assert "series & vehicles & runs & throughput [veh km/h]" in latex
     assert re.search(r"loopgate & 40 & 3 & [\d~.]+ \$\\pm\$ [\d~.]+ ", latex)
     assert not re.search(
         r"nan|None|<NA>|& *(&|\\\\)", "".join(f.read_text("utf-8") for f in files.glob("*.tex"))

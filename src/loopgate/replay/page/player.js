@@ -177,6 +177,38 @@ class Player {
     if (kind !== "deadlock" && !this.chosen) this.choose(next.run, next.vehicle);
   }
 
+  // The runs side by side as on the page, with their names, counts and the time, for a paper or a print.
+  picture() {
+    const shown = this.panels.map((panel) => panel.canvas), ratio = window.devicePixelRatio || 1, head = 52 * ratio;
+    const whole = document.createElement("canvas"), context = whole.getContext("2d", { alpha: false });
+    whole.width = shown.reduce((sum, canvas) => sum + canvas.width, 0);
+    whole.height = head + Math.max(...shown.map((canvas) => canvas.height));
+    context.fillStyle = this.colours.ground;
+    context.fillRect(0, 0, whole.width, whole.height);
+    context.fillStyle = this.colours.ink;
+    let left = 0;
+    for (const panel of this.panels) {
+      context.font = `bold ${15 * ratio}px sans-serif`;
+      context.fillText(`${panel.run.name}, ${clock(this.time)}`, left + 10 * ratio, 20 * ratio);
+      context.font = `${13 * ratio}px sans-serif`;
+      context.fillText(panel.counts.textContent, left + 10 * ratio, 40 * ratio);
+      context.drawImage(panel.canvas, left, head);
+      left += panel.canvas.width;
+    }
+    return whole;
+  }
+
+  save() {
+    this.draw(performance.now());
+    this.picture().toBlob((picture) => {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(picture);
+      link.download = `replay-${clock(this.time).replaceAll(":", "-")}.png`;
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+    }, "image/png");
+  }
+
   controls() {
     const speed = find("speed"), time = find("time");
     for (const value of SPEEDS) speed.add(new Option(`${value}×`, value, false, value === this.speed));
@@ -186,6 +218,7 @@ class Player {
     time.addEventListener("input", () => this.seek(this.first + Number(time.value)));
     find("play").addEventListener("click", () => this.play(!this.playing));
     find("fit").addEventListener("click", () => this.fit());
+    find("save").addEventListener("click", () => this.save());
     find("keys").addEventListener("click", () => find("help").showModal());
     for (const kind of ["refusal", "deadlock", "lap"]) {
       find(kind).addEventListener("click", () => this.step(kind, 1));
