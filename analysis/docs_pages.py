@@ -211,7 +211,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 _FOUND_LATER = {"studies": 0.2, "proofs": 0.2, "reference": 0.3, "options.md": 0.3, "attributes.md": 0.5}
-"""Folders and pages that have every word, and that the search shows behind the pages that answer a question."""
+"""Folders and pages that have every word; the search shows them behind the pages that answer."""
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
