@@ -20,7 +20,13 @@ def sweep_runs(sweep: Sweep, folder: Path, *, workers: int | None = None) -> pd.
     """
     keys = {point.key for point in sweep.points()}
     with show_progress(sweep.name, total=len(keys)) as report:
-        run_sweep(sweep, folder, workers=workers, report=lambda p: report(p.present + p.done, p.total))
+        run_sweep(
+            sweep,
+            folder,
+            workers=workers,
+            retry_failed=True,
+            report=lambda p: report(p.present + p.done, p.total),
+        )
     return rows_with(folder, keys)
 
 
