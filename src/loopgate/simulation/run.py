@@ -145,6 +145,7 @@ def _run(
             odometers=None if among or assembly.departures else drive.odometers,
             halted=session.containment.broken if session.containment else (),
         )
+        detector.gated = own if session.gated is not None else ()
         detector.again = scenario.on_deadlock == "teleport"
         hunger = None
         if session.gated is not None:

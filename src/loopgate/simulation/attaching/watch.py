@@ -61,6 +61,7 @@ class Watch:
         self._detector = DeadlockDetector(
             traffic, road, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
         )
+        self._detector.gated = fleet
         self._deadlocks: list[Deadlock] = []
         self._roots: list[Root] = []
         self._next_look_s = traffic.now_s + _LOOK_EVERY_S

@@ -23,8 +23,9 @@ _STIRS_M, _SETTLES_S, _RESTLESS_S = 0.015, 20.0, 100.0
 """A standing vehicle is restless for the last time after it has moved on by the first [m]; in the second time
 after it stopped it only settles [s]."""
 
-_LONG_S = 300.0
-"""A vehicle that has stood for so long may be the root of a standstill [s]."""
+_LONG_S, _WITH_GRANT_S = 300.0, 60.0
+"""A vehicle that has stood for so long may be the root of a standstill; the second: one that a gate lets go,
+with no vehicle and no light before it [s]."""
 
 WaitFor = Mapping[str, Sequence[Sequence[str]]]
 """For each standing vehicle, sets of vehicles: of *every* set, *some* vehicle must move before it can.
@@ -147,6 +148,9 @@ class DeadlockDetector:
 
     again = False
     """Whether deadlocks that stand are returned at each check; `Deadlock.again` says which."""
+
+    gated: Container[str] = ()
+    """The vehicles under a gate."""
 
     def __init__(
         self,
@@ -276,7 +280,8 @@ class DeadlockDetector:
             for vehicle, since in zip(self._vehicles, self._since_s.tolist(), strict=True)
             if vehicle in here and now - since >= self._after_s
         }
-        if not any(stood >= _LONG_S for vehicle, stood in stood_s.items() if vehicle not in self._known):
+        least_s = {v: _WITH_GRANT_S if v in self.gated else _LONG_S for v in stood_s.keys() - self._known}
+        if not any(stood_s[vehicle] >= least for vehicle, least in least_s.items()):
             return []
         self._on_road.look(stood_s, self._restless(now))
         waits: dict[str, list[list[str]]] = {vehicle: [[]] for vehicle in self._known & here}
@@ -285,6 +290,9 @@ class DeadlockDetector:
         stuck = deadlocked(waits)
         long = {v: paused[v] for v in sorted(stood_s.keys() - stuck) if stood_s[v] >= _LONG_S}
         roots = {v: why or self._cause(v) for v, why in long.items() if not waits[v]}
+        free = (v for v in sorted(stood_s.keys() - stuck) if v in self.gated and not (paused[v] or waits[v]))
+        causes = {v: self._cause(v) for v in free if stood_s[v] >= _WITH_GRANT_S}
+        roots |= {v: why for v, why in causes.items() if why not in {"gate", "light"}}
         behind = deadlocked(waits | {v: [[]] for v in roots})
         # The others wait for vehicles that drive: they have to give way for good.
         moves = (v for v in long.keys() - behind if not any(stood_s.keys() >= set(s) for s in waits[v]))

@@ -280,3 +280,15 @@ def test_roots_are_those_that_stand_by_themselves_with_others_behind_them() -> N
         Root("a", "lane of a", 10.0, "breakdown", 2),
         Root("d", "lane of d", 10.0, "cause of d", 1),
     ]
+
+
+def test_a_vehicle_that_a_gate_lets_go_is_a_root_after_a_minute() -> None:
+    """A has a grant and nothing before it; the same vehicle under no gate may only give way for long."""
+    for gated, expected in (({"a", "b"}, [Root("a", "lane of a", 10.0, "cause of a", 1)]), (set(), [])):
+        traffic = Standing({"a": [], "b": ["a"]})
+        watch = DeadlockDetector(*looked_at(traffic), after_s=40.0)
+        watch.gated = gated
+        while traffic.now_s < 80.0:
+            traffic.now_s += 10.0
+            watch.check()
+        assert watch.roots() == expected
