@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -60,22 +60,29 @@ def test_nothing_collides_and_no_place_holds_more_than_fit(tmp_path: Path) -> No
 
 def test_the_number_that_can_start_starts_and_moves_and_one_more_is_refused(tmp_path: Path) -> None:
     """Of a thousand vehicles the run names how many can start; these get going, and one more is too many."""
-    crowd = Scenario(network=GRID, routes=routes(tmp_path / "crowd.rou.xml", 1000), duration_s=300.0)
+    file = routes(tmp_path / "r.rou.xml", 24)
+    wanted = partial(Scenario, network=GRID, routes=file, types="car=1,van=1,bus=1", duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=r"the first \d+ can start") as refused:
-        simulate(crowd)
-    found = re.search(r"take at most (\d+)", str(refused.value))
-    assert found is not None
-    most = int(found[1])
-    assert most == refused.value.fitting > 100
-    fitting = Scenario(network=GRID, routes=routes(tmp_path / "most.rou.xml", most), duration_s=300.0)
-    summary = simulate(fitting, tmp_path / "run")
+        simulate(wanted(vehicles=1000))
+    most = refused.value.fitting
+    assert most > 100
+    summary = simulate(wanted(vehicles=most), tmp_path / "run")
     assert (summary["vehicles"], summary["outcome"], summary["audit"]) == (most, "done", "clean")
     assert summary["collisions"] == summary["overruns"] == 0
     driven = pd.read_parquet(tmp_path / "run" / "vehicles.parquet")["distance_m"]
     assert (driven > 10.0).mean() > 0.9
-    one_more = Scenario(network=GRID, routes=routes(tmp_path / "more.rou.xml", most + 1), duration_s=300.0)
     with pytest.raises(TooManyVehiclesError, match=f"the first {most} can start"):
-        simulate(one_more)
+        simulate(wanted(vehicles=most + 1))
+
+
+def test_vehicles_of_a_file_that_find_no_room_wait_to_depart(tmp_path: Path) -> None:
+    """As under SUMO: those start that can, the others wait, and nobody locks up."""
+    crowd = Scenario(network=GRID, routes=routes(tmp_path / "crowd.rou.xml", 1000), duration_s=120.0)
+    summary = simulate(crowd, tmp_path / "run")
+    rows = pd.read_parquet(tmp_path / "run" / "vehicles.parquet")
+    assert (len(rows), summary["outcome"], summary["audit"]) == (1000, "done", "clean")
+    assert (rows["depart_delay_s"] == 0.0).sum() > 100
+    assert (rows["depart_delay_s"] > 100.0).sum() > 500
 
 
 def test_trailers_and_buses_among_cars_never_touch(tmp_path: Path) -> None:
