@@ -96,7 +96,6 @@ def test_defaults_of_types_hold_for_gated_vehicles(tmp_path: Path) -> None:
     summary = simulate(Scenario(network=network, routes=routes, sumo=options, duration_s=60))
     assert (summary["vehicles"], summary["others"]["vehicles"], summary["audit"]) == (1, 1, "clean")
     assert any("a: vType DEFAULT_VEHTYPE: actionStepLength 3 is above" in w for w in summary["warnings"])
-    assert any("vType own: speedFactor 1 with deviation 0.3" in w for w in summary["warnings"])
     wrong = Scenario(network=network, routes=routes, sumo="--default.speeddev much", duration_s=60)
     with pytest.raises(ScenarioError, match=r"default.speeddev is 'much'; expected a number"):
         simulate(wrong)

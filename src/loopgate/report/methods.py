@@ -166,7 +166,7 @@ def _incidents(runs: pd.DataFrame) -> str:
     nouns = {c.CLOSURES: "closures", c.BREAKDOWNS: "breakdowns", c.LED_ROUND: "vehicles led round them"}
     counts = {name: runs[name].fillna(0) for name in nouns if name in runs}
     said = [f"{nouns[name]} {_many(some)}" for name, some in counts.items() if some.gt(0).any()]
-    return f"Of a run: {', '.join(said)}." if said else ""
+    return f"Incidents in a run: {', '.join(said)}." if said else ""
 
 
 def _many(values: pd.Series) -> str:
