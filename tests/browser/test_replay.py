@@ -327,10 +327,11 @@ def test_every_control_is_reached_and_named(browser: Tab, pages: dict[str, Path]
     tab = ready(browser, pages["both"])
     tab.value("document.activeElement.blur()")
     reached = []
-    for _ in range(9):
+    for _ in range(10):
         tab.key("Tab")
         reached.append(tab.value("document.activeElement.id"))
-    assert reached == ["time", "play", "speed", "refusal", "deadlock", "lap", "vehicle", "fit", "keys"]
+    named = ["time", "play", "speed", "refusal", "deadlock", "lap", "vehicle", "fit", "save", "keys"]
+    assert reached == named
     unnamed = (
         "[...document.querySelectorAll('button, input, select, canvas')].filter(e =>"
         " !(e.ariaLabel || e.textContent.trim() || e.labels?.length)).map(e => e.outerHTML)"
