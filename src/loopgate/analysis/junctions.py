@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from loopgate.analysis.frames import check_columns, check_period, table
+from loopgate.analysis.standing import edge_of
 from loopgate.analysis.waits import compute_wait_causes
 from loopgate.arrays import Floats
 from loopgate.results.columns import (
@@ -218,7 +219,9 @@ def _waited(
     causes = compute_wait_causes(events=events, begin_s=begin_s, end_s=end_s)
     if causes.empty or passages.empty:
         return {}
-    on = _within(causes[[VEHICLE, SINCE, CAUSE, WAIT]].astype({VEHICLE: str, SINCE: float}), passages)
+    on = _within(causes.astype({VEHICLE: str, SINCE: float}), passages)
+    # Who still waits at the end has no next edge yet: the place that it waits for is there.
+    on[TO_EDGE] = on[TO_EDGE].where(on[TO_EDGE] != "", on[PLACE].astype(str).map(edge_of))
     return dict(on.groupby([EDGE, TO_EDGE, CAUSE])[WAIT].sum())
 
 

@@ -147,7 +147,7 @@ def _service(tables: Mapping[str, pd.DataFrame], begins_s: float) -> list[str]:
         text = f"Stops: {counted(visits, 'visit')} at {counted(stops[c.STOP].nunique(), 'stop')}"
         if timed:
             share = float((stops[c.ON_TIME_60] * stops[c.TIMED]).sum()) / timed
-            text += f", {share:.0%} of them within a minute of the timetable"
+            text += f"; of the {timed} with a time in the timetable {share:.0%} went on within a minute of it"
             text += f" (the latest {number(float(stops[c.WORST_LATENESS].max()))} s late)"
         if stops[c.LONGEST_HEADWAY].notna().any():
             longest = stops.iloc[int(stops[c.LONGEST_HEADWAY].fillna(-1.0).to_numpy().argmax())]

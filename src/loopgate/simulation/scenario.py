@@ -77,6 +77,12 @@ def real(least: float, most: float) -> Rule:
     return Rule(f"a number from {least:g} to {most:g}", lambda value: _number(value, least, most))
 
 
+def begin_time() -> Rule:
+    """Return the rule for when a simulation begins [s]; -1 is for a scenario that does not say it."""
+    least = real(0.0, _LONG_S)
+    return Rule(least.expected, lambda value: -1.0 if value == -1.0 else least.accept(value))
+
+
 def whole(least: int, most: int) -> Rule:
     """Return the rule for a whole number within two bounds."""
 
@@ -566,7 +572,7 @@ class Scenario:
     # SUMO
     begin_s: Annotated[
         float,
-        real(-1.0, _LONG_S),
+        begin_time(),
         Option("SUMO", "When the simulation begins. Default: as the .sumocfg says, or with the first trip."),
     ] = -1.0
     duration_s: Annotated[float, real(1.0, _LONG_S), Option("SUMO", "Measured simulated time [s].")] = 3600.0

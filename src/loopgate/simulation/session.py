@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan
@@ -507,6 +508,10 @@ def _movements(
                 QUEUE_95: most,
                 QUEUE_MOST: longest,
             }
+    alike = Counter(one[MOVEMENT] for one in found.values())
+    for (before, after), one in found.items():
+        if alike[one[MOVEMENT]] > 1:  # several junctions of one street
+            one[MOVEMENT] = f"{before} → {after}, {one[MOVEMENT]}"
     return list(found.values())
 
 
