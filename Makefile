@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -170,6 +170,9 @@ DEMANDS ?= --made avenues web "old town" --times 0.5 1 1.5
 
 lights: $(STAMP) ## an hour of trips among lights, the gate beside SUMO: DEMANDS="--demand NET ROUTES BEGIN ..." for yours
 	$(BIN)/python analysis/any_traffic.py $(DEMANDS) --seeds $(SEEDS) --most-hours 1 --rules $(LIGHTS) --out out/lights
+
+mixed-traffic: $(STAMP) ## a public benchmark of junctions, SUMO beside the gate: BENCHMARK=folder of a checked-out copy
+	$(BIN)/python analysis/mixed_traffic.py $(BENCHMARK)
 
 scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
 	$(BIN)/python analysis/scenarios.py
