@@ -56,7 +56,7 @@ def test_driven_streets_of_a_run(tmp_path: Path) -> None:
     [
         (["--driven", "nosuch"], "--driven nosuch: no such file"),
         (["--driven", "-9,-9 999,-9 999,999 -9,999"], "every street to be covered was driven already"),
-        (["--start", "A0A1,nosuch"], "no edge nosuch in"),
+        (["--start", "A0A1,nosuch"], "no edge or street nosuch open to passenger in"),
     ],
 )
 def test_bad_wishes_are_one_line(options: list[str], says: str) -> None:

@@ -226,7 +226,11 @@ def _groups(roads: RoadNetwork, wish: LoopsWish) -> list[_Group]:
         left = f"{len(every)} of {counted(len(wanted), 'street')} left; the others were driven already"
         click.echo(left, err=wish.out is None or wish.as_json)
     weights = read_weights(roads, wish.weights) if wish.weights else {}
-    depots = () if wish.start is None else read_streets(roads, wish.start, wish.vclass, option="--start")
+    depots = (
+        ()
+        if wish.start is None
+        else read_streets(roads, wish.start, wish.vclass, option="--start", one_of_street=True)
+    )
     groups = []
     for district, inside, own in _districts(roads, wish, every, depots):
         classes: dict[float, list[str]] = {} if inside else {1.0: []}  # what is wrong is said by the design

@@ -54,9 +54,9 @@ if TYPE_CHECKING:
 @click.option("--u-turns", is_flag=True, help="Let vehicles turn round at junctions.")
 @click.option(
     "--cover",
-    metavar="all|FILE|POLYGON",
-    help="Cover streets: all, the streets of a file (edges, a netedit selection, or <poly>), or of a "
-    "polygon 'x,y x,y x,y' [m]. The longest loop is made as short as can be.",
+    metavar="all|STREETS|FILE|POLYGON",
+    help="Cover streets: all, those named, of a file (edges or streets, a netedit selection, or <poly>), "
+    "or of a polygon 'x,y x,y x,y' [m]. The longest loop is made as short as can be.",
 )
 @click.option("--max-length", "max_length_m", type=FiniteRange(1.0, 1e7), help="Longest covering loop [m].")
 @click.option(
@@ -85,13 +85,13 @@ if TYPE_CHECKING:
 @click.option("--vclass", default="passenger", show_default=True, help="SUMO's class of the vehicles.")
 @click.option(
     "--via",
-    metavar="EDGES|FILE",
-    help="Edges that every random loop passes: EDGE,EDGE,... or a file.",
+    metavar="EDGES|STREETS|FILE",
+    help="Edges that every random loop passes: EDGE,EDGE,... or a file. Of a street the longest edge.",
 )
 @click.option(
     "--avoid",
-    metavar="EDGES|FILE|POLYGON",
-    help="Streets that no loop uses: as for --cover, or EDGE,EDGE,...",
+    metavar="EDGES|STREETS|FILE|POLYGON",
+    help="Streets that no loop uses: as for --cover, or EDGE,EDGE,... or names of streets.",
 )
 @click.option(
     "--start",
@@ -223,7 +223,9 @@ def _random_loops(wish: LoopsWish) -> None:
     count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)
     kind = type_of_class(wish.vclass, "--vclass")
     roads = wish.roads()
-    over = read_streets(roads, wish.via, wish.vclass, option="--via") if wish.via is not None else ()
+    over: tuple[str, ...] = ()
+    if wish.via is not None:
+        over = read_streets(roads, wish.via, wish.vclass, option="--via", one_of_street=True)
     with show_progress("loops", total=count) as report:
         options: LoopOptions = {
             "length_m": length_m,

@@ -11,7 +11,7 @@ from typing import Any
 from loopgate.errors import ScenarioError
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
-from loopgate.reading import check_keys, read_toml, shown
+from loopgate.reading import check_keys, meant, read_toml, shown
 
 _KEYS = ("closures", "breakdowns")
 
@@ -65,8 +65,9 @@ class Incidents:
 def read_incidents(network: RoadNetwork, file: Path | str, vehicles: Collection[str]) -> Incidents:
     """Read a TOML file of closures and breakdowns.
 
-    Each entry of ``[[closures]]`` has ``edge`` or ``lane``, each of ``[[breakdowns]]`` has ``vehicle``; both
-    have ``from`` and may have ``to``, in seconds or as ``h:m:s``. Without ``to`` it lasts to the end.
+    Each entry of ``[[closures]]`` has ``edge``, ``street`` or ``lane``, each of ``[[breakdowns]]`` has
+    ``vehicle``; both have ``from`` and may have ``to``, in seconds or as ``h:m:s``. Without ``to`` it lasts
+    to the end. ``street`` closes all edges with this name.
 
     Parameters
     ----------
@@ -84,7 +85,7 @@ def read_incidents(network: RoadNetwork, file: Path | str, vehicles: Collection[
     """
     data = read_toml(file, "file of incidents", ScenarioError)
     check_keys(data, _KEYS, file, ScenarioError)
-    closures = [_closure(network, one, what) for one, what in _entries(data, "closures", file)]
+    closures = [c for one, what in _entries(data, "closures", file) for c in _closures(network, one, what)]
     breakdowns = []
     for one, what in _entries(data, "breakdowns", file):
         check_keys(one, ("vehicle", "from", "to"), what, ScenarioError)
@@ -105,20 +106,28 @@ def _entries(data: Mapping[str, Any], key: str, file: Path | str) -> list[tuple[
     return [(one, f"{file}: {key} {number}") for number, one in enumerate(entries, start=1)]
 
 
-def _closure(network: RoadNetwork, one: Mapping[str, Any], what: str) -> Closure:
-    check_keys(one, ("edge", "lane", "from", "to"), what, ScenarioError)
-    edge, lane = one.get("edge", ""), one.get("lane", "")
-    if bool(edge) == bool(lane):
-        msg = f"{what}: give the edge that is closed, or one lane"
+def _closures(network: RoadNetwork, one: Mapping[str, Any], what: str) -> list[Closure]:
+    kinds = ("edge", "street", "lane")
+    check_keys(one, (*kinds, "from", "to"), what, ScenarioError)
+    given = [kind for kind in kinds if one.get(kind, "")]
+    if len(given) != 1:
+        msg = f"{what}: give the edge or the street that is closed, or one lane"
         raise ScenarioError(msg)
-    if lane and lane not in network.lanes:
-        msg = f"{what}: lane is {shown(lane)}, which is no lane of {network.name}"
-        raise ScenarioError(msg)
-    edge = edge or str(lane).rpartition("_")[0]
-    if edge not in network.edges:
-        msg = f"{what}: edge is {shown(edge)}, which is no edge of {network.name}"
-        raise ScenarioError(msg)
-    return Closure(str(edge), str(lane), *_times(one, what))
+    kind, name = given[0], str(one[given[0]])
+    times = _times(one, what)
+    if kind == "lane" and name in network.lanes:
+        return [Closure(name.rpartition("_")[0], name, *times)]
+    if kind == "edge" and name in network.edges:
+        return [Closure(name, "", *times)]
+    if kind == "street" and network.on_street(name):
+        return [Closure(edge, "", *times) for edge in network.on_street(name)]
+    msg = f"{what}: {kind} is {shown(one[kind])}, which is no {kind} of {network.name}"
+    if kind == "edge" and network.on_street(name):
+        msg += f'; a street has this name: write street = "{name}"'
+    else:
+        known = network.lanes if kind == "lane" else network.names()
+        msg += meant(name, known)
+    raise ScenarioError(msg)
 
 
 def _times(one: Mapping[str, Any], what: str) -> tuple[float, float]:

@@ -630,6 +630,15 @@ class RoadNetwork:
             msg = f"{self.name}: the network has no edge {edge}"
             raise NetworkError(msg) from None
 
+    def on_street(self, name: str) -> tuple[str, ...]:
+        """Return the edges of a street by its name, in any case of letters; none where no street has it."""
+        wanted = name.strip().casefold()
+        return tuple(e.id for e in self.edges.values() if wanted and e.street.strip().casefold() == wanted)
+
+    def names(self) -> dict[str, None]:
+        """Return the names of all edges and streets, for "did you mean"."""
+        return dict.fromkeys([*self.edges, *(edge.street for edge in self.edges.values() if edge.street)])
+
     def outgoing(self, edge: str) -> tuple[Connection, ...]:
         """Return the movements that lead from an edge over a junction."""
         return self._outgoing[edge]

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from copy import copy
+from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 
-from loopgate.errors import ScenarioError
+from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import RoadNetwork
+from loopgate.network.cover.wishes import read_streets, read_weights
 from loopgate.network.incidents import Breakdown, Closure, read_incidents
 
 NETWORK = RoadNetwork.open(Path(__file__).resolve().parents[3] / "networks/ring3.net.xml")
@@ -36,12 +40,45 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     assert (found.broken_at(4.9), found.broken_at(5.0)) == ([], [Breakdown("a", 5.0, 6.5)])
 
 
+def test_a_street_by_its_name_closes_all_its_edges(tmp_path: Path) -> None:
+    """In any case of letters; a street under ``edge`` and a misspelt street are told."""
+    network = copy(NETWORK)
+    network.edges = MappingProxyType(
+        {
+            name: replace(edge, street="Long Lane" if name in {"s1", "s2"} else "")
+            for name, edge in NETWORK.edges.items()
+        }
+    )
+    file = written(tmp_path, '[[closures]]\nstreet = "long lane"\nfrom = 60\n')
+    assert [one.edge for one in read_incidents(network, file, set()).closures] == ["s1", "s2"]
+    file = written(tmp_path, '[[closures]]\nedge = "Long Lane"\nfrom = 60\n')
+    with pytest.raises(ScenarioError, match='a street has this name: write street = "Long Lane"'):
+        read_incidents(network, file, set())
+    file = written(tmp_path, '[[closures]]\nstreet = "Long Line"\nfrom = 60\n')
+    with pytest.raises(ScenarioError, match="did you mean 'Long Lane'"):
+        read_incidents(network, file, set())
+    assert read_streets(network, "long lane", "passenger", option="--avoid") == ("s1", "s2")
+    assert len(read_streets(network, "s3, Long Lane", "passenger", option="--via", one_of_street=True)) == 2
+    names = tmp_path / "streets.txt"
+    names.write_text("Long Lane\nedge:s3\njunction:j1\n", encoding="utf-8")
+    assert read_streets(network, str(names), "passenger", option="--cover") == ("s1", "s2", "s3")
+    names.write_text("# market days\nLong Lane 3\n", encoding="utf-8")
+    assert read_weights(network, str(names)) == {"s1": 3.0, "s2": 3.0}
+    with pytest.raises(
+        RouteError, match=r"no edge or street Long Line open to passenger .* did you mean 'Long Lane'"
+    ):
+        read_streets(network, "Long Line", "passenger", option="--via")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         ('[[closures]]\nedge = "nowhere"\nfrom = 0', "closures 1: edge is 'nowhere', which is no edge of"),
         ('[[closures]]\nlane = "s1_7"\nfrom = 0', "closures 1: lane is 's1_7', which is no lane of"),
-        ('[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0', "give the edge that is closed, or one lane"),
+        (
+            '[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0',
+            "give the edge or the street that is closed, or one lane",
+        ),
         ('[[closures]]\nedge = "s1"', "from is None; expected seconds or h:m:s"),
         ('[[closures]]\nedge = "s1"\nfrom = "10:00"', "from is '10:00'; expected seconds or h:m:s"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nto = 3', "it ends at 3 s, but begins at 9 s"),

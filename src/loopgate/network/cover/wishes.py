@@ -1,7 +1,8 @@
 """Reads which streets to cover, and their weights, from the command line and from files."""
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
+from functools import partial
 from pathlib import Path
 
 import shapely
@@ -10,65 +11,86 @@ from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.network.road import RoadNetwork
 from loopgate.network.xml_file import read_xml
-from loopgate.reading import is_file, read_words, refusing, shown
+from loopgate.reading import is_file, meant, read_words, refusing, shown
 
 _LEAST_CORNERS = 3
 _HEAVIEST = 1000.0
 _FARTHEST_M = 1e9
 
 
-def read_streets(network: RoadNetwork, wish: str, vclass: str, *, option: str) -> tuple[str, ...]:
+def read_streets(
+    network: RoadNetwork, wish: str, vclass: str, *, option: str, one_of_street: bool = False
+) -> tuple[str, ...]:
     """Return the edges that an option names.
 
-    Raises `RouteError` if it is none of these, or names no edge of the network.
+    Raises `RouteError` if it is none of these, or names no edge or street of the network.
 
     Parameters
     ----------
     wish
-        The corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; edges by name,
-        separated by commas or blanks; or a file: edges by name (one a line, ``edge:NAME`` as netedit saves a
-        selection, or separated by blanks), or an XML file with ``<poly shape="...">``. In a polygon lie the
-        edges whose middle does.
+        The corners of a polygon, ``x,y x,y x,y ...`` in the network's coordinates [m]; edges by name or
+        streets by name, separated by commas (edges also by blanks); or a file: one edge or street a line
+        (``edge:NAME`` as netedit saves a selection; edges also separated by blanks), or an XML file with
+        ``<poly shape="...">``. In a polygon lie the edges whose middle does.
     vclass
-        Of the edges in a polygon only those open to this class count.
+        Of the edges in a polygon or on a street only those open to this class count.
     option
         Its name, for messages.
+    one_of_street
+        Of a street take only the longest edge, not all.
     """
+    listed = partial(_listed, network=network, vclass=vclass, one_of_street=one_of_street)
     if not is_file(wish):
-        names = wish.replace(",", " ").split()
-        if names and all(name in network.edges for name in names):
-            return tuple(dict.fromkeys(names))
+        edges, missing = listed(wish.split(","))
+        if edges and not missing:
+            return tuple(edges)
         corners = [corner.split(",") for corner in wish.split()]
-        if (
-            not all(len(corner) > 1 and not math.isnan(as_number(corner[0])) for corner in corners)
-            or not corners
-        ):
-            missing = next((name for name in names if name not in network.edges), wish)
-            msg = (
-                f"{option} {shown(wish)}: no such file, and no edge {missing} in {network.name}; it takes a "
-                "file, edges EDGE,EDGE,..., or the corners of a polygon: x,y x,y x,y"
-            )
-            raise RouteError(msg)
-        return _inside(network, (vclass,), [_polygon(wish, f"{option} {shown(wish)}")], "the polygon")
+        if corners and all(len(corner) > 1 and not math.isnan(as_number(corner[0])) for corner in corners):
+            return _inside(network, (vclass,), [_polygon(wish, f"{option} {shown(wish)}")], "the polygon")
+        msg = (
+            f"{option} {shown(wish)}: no such file, and no edge or street {missing or wish} open to {vclass} "
+            f"in {network.name}; it takes a file, EDGE,EDGE,..., names of streets, or the corners of a "
+            f"polygon: x,y x,y x,y{meant(missing, network.names())}"
+        )
+        raise RouteError(msg)
     with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
         text = read_words(wish)
     if text.lstrip().startswith("<"):
         return _inside(network, (vclass,), [area for _, area in _polygons(wish)], wish)
-    edges = [
-        _edge(network, name, wish) for name in text.split() if not name.startswith(("junction:", "lane:"))
-    ]
+    edges, missing = listed(text.splitlines())
+    if missing:
+        msg = f"{wish}: edge or street {missing} open to {vclass} is not in the network {network.name}; "
+        msg += f"correct it or leave it out{meant(missing, network.names())}"
+        raise RouteError(msg)
     if not edges:
         msg = f"{wish}: no edges in it; expected their names, one a line"
         raise RouteError(msg)
-    return tuple(dict.fromkeys(edges))
+    return tuple(edges)
 
 
-def _edge(network: RoadNetwork, name: str, file: str) -> str:
-    edge = name.removeprefix("edge:")
-    if edge not in network.edges:
-        msg = f"{file}: edge {edge} is not in the network {network.name}; correct it or leave it out"
-        raise RouteError(msg)
-    return edge
+def _listed(
+    parts: Iterable[str], network: RoadNetwork, vclass: str, *, one_of_street: bool
+) -> tuple[list[str], str]:
+    """Return the edges of names, and the first name that is none of an edge or a street."""
+    edges: list[str] = []
+    for part in filter(None, map(str.strip, parts)):
+        for name in part.split() if part not in network.edges and not network.on_street(part) else [part]:
+            if name.startswith(("junction:", "lane:")):  # in a selection of netedit
+                continue
+            if not (
+                found := _named(network, name.removeprefix("edge:"), vclass, one_of_street=one_of_street)
+            ):
+                return edges, part if part.startswith(name) else name
+            edges += found
+    return list(dict.fromkeys(edges)), ""
+
+
+def _named(network: RoadNetwork, name: str, vclass: str, *, one_of_street: bool) -> list[str]:
+    """Return the edge of a name, or the edges of the street with this name that a class may use."""
+    if name in network.edges:
+        return [name]
+    found = [edge for edge in network.on_street(name) if network.edges[edge].allows(vclass)]
+    return [max(found, key=lambda edge: network.edges[edge].length_m)] if one_of_street and found else found
 
 
 def _polygon(corners: str, what: str) -> shapely.Polygon:
@@ -119,7 +141,7 @@ def _inside(
 
 
 def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
-    """Read weights of streets from lines ``EDGE WEIGHT``: how many times as often to visit them.
+    """Read weights from lines ``EDGE WEIGHT`` or ``STREET WEIGHT``: how many times as often to visit them.
 
     Raises `RouteError` if a line is invalid; the text names file and line.
     """
@@ -127,14 +149,22 @@ def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
     with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):
         lines = read_words(file).splitlines()
     for number, line in enumerate(lines, 1):
-        words = line.split()
-        if not words or words[0].startswith("#"):
+        if not line.strip() or line.strip().startswith("#"):
             continue
-        weight = as_number(words[1]) if len(words) == 2 else math.nan  # noqa: PLR2004  a pair
-        if not 1.0 <= weight <= _HEAVIEST:
+        name, _, word = line.strip().removeprefix("edge:").rpartition(" ")
+        weight = as_number(word)
+        if not name or not 1.0 <= weight <= _HEAVIEST:
             msg = (
-                f"{file}: line {number}: {shown(line)}; expected an edge and a weight from 1 to {_HEAVIEST:g}"
+                f"{file}: line {number}: {shown(line)}; expected an edge or a street, and a weight from 1 to "
             )
+            msg += f"{_HEAVIEST:g}"
             raise RouteError(msg)
-        weights[_edge(network, words[0], file)] = weight
+        edges = (name.strip(),) if name.strip() in network.edges else network.on_street(name)
+        if not edges:
+            msg = (
+                f"{file}: edge or street {name} is not in the network {network.name}; correct it or leave it "
+            )
+            msg += f"out{meant(name, network.names())}"
+            raise RouteError(msg)
+        weights.update(dict.fromkeys(edges, weight))
     return weights
