@@ -229,7 +229,7 @@ def _groups(roads: RoadNetwork, wish: LoopsWish) -> list[_Group]:
     depots = (
         ()
         if wish.start is None
-        else read_streets(roads, wish.start, wish.vclass, option="--start", one_of_street=True)
+        else read_streets(roads, wish.start, wish.vclass, option="--start", u_turns=wish.u_turns)
     )
     groups = []
     for district, inside, own in _districts(roads, wish, every, depots):

@@ -225,7 +225,7 @@ def _random_loops(wish: LoopsWish) -> None:
     roads = wish.roads()
     over: tuple[str, ...] = ()
     if wish.via is not None:
-        over = read_streets(roads, wish.via, wish.vclass, option="--via", one_of_street=True)
+        over = read_streets(roads, wish.via, wish.vclass, option="--via", u_turns=wish.u_turns)
     with show_progress("loops", total=count) as report:
         options: LoopOptions = {
             "length_m": length_m,

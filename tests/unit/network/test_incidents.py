@@ -58,7 +58,7 @@ def test_a_street_by_its_name_closes_all_its_edges(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="did you mean 'Long Lane'"):
         read_incidents(network, file, set())
     assert read_streets(network, "long lane", "passenger", option="--avoid") == ("s1", "s2")
-    assert len(read_streets(network, "s3, Long Lane", "passenger", option="--via", one_of_street=True)) == 2
+    assert len(read_streets(network, "s3, Long Lane", "passenger", option="--via", u_turns=True)) == 2
     names = tmp_path / "streets.txt"
     names.write_text("Long Lane\nedge:s3\njunction:j1\n", encoding="utf-8")
     assert read_streets(network, str(names), "passenger", option="--cover") == ("s1", "s2", "s3")

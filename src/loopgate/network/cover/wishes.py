@@ -1,7 +1,7 @@
 """Reads which streets to cover, and their weights, from the command line and from files."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from functools import partial
 from pathlib import Path
 
@@ -10,6 +10,7 @@ import shapely
 from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.network.road import RoadNetwork
+from loopgate.network.road_graph import parts_with_loops
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import is_file, meant, read_words, refusing, shown
 
@@ -19,7 +20,7 @@ _FARTHEST_M = 1e9
 
 
 def read_streets(
-    network: RoadNetwork, wish: str, vclass: str, *, option: str, one_of_street: bool = False
+    network: RoadNetwork, wish: str, vclass: str, *, option: str, u_turns: bool | None = None
 ) -> tuple[str, ...]:
     """Return the edges that an option names.
 
@@ -36,10 +37,16 @@ def read_streets(
         Of the edges in a polygon or on a street only those open to this class count.
     option
         Its name, for messages.
-    one_of_street
-        Of a street take only the longest edge, not all.
+    u_turns
+        If given, take of a street only its longest edge on a closed walk, with or without turning round.
     """
-    listed = partial(_listed, network=network, vclass=vclass, one_of_street=one_of_street)
+    on_walks: Collection[str] = ()
+    if u_turns is not None:
+        on_walks = {
+            e for part in parts_with_loops(network, vclass=vclass, u_turns=u_turns) for e in part.edges
+        }
+    named = partial(_named, network, vclass=vclass, longest_of=on_walks)
+    listed = partial(_listed, network=network, named=named)
     if not is_file(wish):
         edges, missing = listed(wish.split(","))
         if edges and not missing:
@@ -69,7 +76,7 @@ def read_streets(
 
 
 def _listed(
-    parts: Iterable[str], network: RoadNetwork, vclass: str, *, one_of_street: bool
+    parts: Iterable[str], *, network: RoadNetwork, named: Callable[[str], list[str]]
 ) -> tuple[list[str], str]:
     """Return the edges of names, and the first name that is none of an edge or a street."""
     edges: list[str] = []
@@ -77,20 +84,22 @@ def _listed(
         for name in part.split() if part not in network.edges and not network.on_street(part) else [part]:
             if name.startswith(("junction:", "lane:")):  # in a selection of netedit
                 continue
-            if not (
-                found := _named(network, name.removeprefix("edge:"), vclass, one_of_street=one_of_street)
-            ):
+            if not (found := named(name.removeprefix("edge:"))):
                 return edges, part if part.startswith(name) else name
             edges += found
     return list(dict.fromkeys(edges)), ""
 
 
-def _named(network: RoadNetwork, name: str, vclass: str, *, one_of_street: bool) -> list[str]:
-    """Return the edge of a name, or the edges of the street with this name that a class may use."""
+def _named(network: RoadNetwork, name: str, *, vclass: str, longest_of: Collection[str]) -> list[str]:
+    """Return the edge of a name, or the edges of the street with this name that a class may use.
+
+    Of a street only the longest edge among `longest_of`, if any of it is among them.
+    """
     if name in network.edges:
         return [name]
     found = [edge for edge in network.on_street(name) if network.edges[edge].allows(vclass)]
-    return [max(found, key=lambda edge: network.edges[edge].length_m)] if one_of_street and found else found
+    best = max(set(found) & set(longest_of), key=lambda e: (network.edges[e].length_m, e), default=None)
+    return found if best is None else [best]
 
 
 def _polygon(corners: str, what: str) -> shapely.Polygon:
