@@ -6,6 +6,7 @@ from typing import Any
 import pandas as pd
 
 from loopgate.analysis.frames import check_columns, check_period, groups, succeeded, table
+from loopgate.analysis.standing import edge_of
 from loopgate.gates import Reason
 from loopgate.results.columns import (
     BEGIN,
@@ -121,14 +122,16 @@ def compute_longest_waits(
     return table(rows, (*by, CAUSE, RUNS, MEAN, MOST))
 
 
-def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
+def wait_figures(causes: pd.DataFrame | None, streets: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Return the figures of the longest waits for ``summary.json``.
 
-    Keys: ``longest_wait``: the vehicle, the state it waited for, since when [s], and how long [s] for
-    which cause, longest first; None if nobody waited. Times at stops do not count for which is the longest.
+    Keys: ``longest_wait``: the vehicle, the state it waited for and its street, since when [s], and how long
+    [s] for which cause, longest first; None if nobody waited. Times at stops do not count for which is the
+    longest.
     ``longest_waits_s``: by cause, the longest time that one wait was for it [s].
 
-    `causes`: what `compute_wait_causes` returns; None if nothing was measured.
+    `causes`: what `compute_wait_causes` returns; None if nothing was measured. `streets`: the name of its
+    street by edge.
     """
     if causes is None or causes.empty:
         return {"longest_wait": None, "longest_waits_s": {}}
@@ -142,6 +145,7 @@ def wait_figures(causes: pd.DataFrame | None) -> dict[str, Any]:
         "longest_wait": {
             "vehicle": str(vehicle),
             "place": str(mine[PLACE].iloc[0]),
+            "street": (streets or {}).get(edge_of(str(mine[PLACE].iloc[0])), ""),
             "since_s": float(since_s),
             "by_cause_s": _rounded(by_cause.to_dict()),
         },

@@ -130,7 +130,8 @@ def _longest_wait(summary: Summary) -> Rows:
     if not wait:
         return []
     parts = ", ".join(f"{cause} {time_s:.0f} s" for cause, time_s in wait["by_cause_s"].items())
-    return [("longest wait", f"{wait['vehicle']} for {wait['place']}: {parts}")]
+    on = f" ({wait['street']})" if wait.get("street") else ""
+    return [("longest wait", f"{wait['vehicle']} for {wait['place']}{on}: {parts}")]
 
 
 def _trips(summary: Summary) -> Rows:
@@ -306,7 +307,8 @@ def _idleness_text(summary: Summary) -> str:
     if summary["idleness_s"] is None:
         return "nothing measured"
     mean, worst, never = summary["idleness_s"], summary["worst_idleness_s"], summary["unvisited_edges"]
-    text = f"mean {mean:.0f} s, worst {worst:.0f} s (edge {summary['worst_idleness_edge']})"
+    text = f"mean {mean:.0f} s, worst {worst:.0f} s (edge {summary['worst_idleness_edge']}"
+    text += f", {summary['worst_idleness_street']})" if summary.get("worst_idleness_street") else ")"
     return f"{text}, {never} edge{'s' if never != 1 else ''} never visited" if never else text
 
 
@@ -404,8 +406,8 @@ FIGURES: Final[tuple[Figure, ...]] = (
     ),
     Figure(
         "longest_wait",
-        "the longest wait: `vehicle`, `place` it waited for, `since_s`, `by_cause_s` (seconds for "
-        "each reason), or `null`",
+        "the longest wait: `vehicle`, `place` it waited for and its `street`, `since_s`, `by_cause_s` "
+        "(seconds for each reason), or `null`",
         _longest_wait,
     ),
     Figure(
@@ -452,9 +454,9 @@ FIGURES: Final[tuple[Figure, ...]] = (
     ),
     Figure("watch", "", _seen),
     Figure(
-        "idleness_s worst_idleness_s worst_idleness_edge",
+        "idleness_s worst_idleness_s worst_idleness_edge worst_idleness_street",
         "mean and worst [idleness](methods.md#of-a-watched-district) of the edges on loops [s], "
-        "and the worst edge",
+        "and the worst edge with its street",
         _idleness,
     ),
     Figure(

@@ -126,13 +126,20 @@ def monitoring_figures(edges: pd.DataFrame | None, coverage: Coverage | None) ->
         "coverage_lane_km": round(coverage.of_lane_km, 6) if coverage else None,
     }
     if edges is None or edges.empty:
-        nothing = ("idleness_s", "worst_idleness_s", "worst_idleness_edge", "unvisited_edges")
+        nothing = (
+            "idleness_s",
+            "worst_idleness_s",
+            "worst_idleness_edge",
+            "worst_idleness_street",
+            "unvisited_edges",
+        )
         return figures | dict.fromkeys(nothing)
     worst = int(edges[WORST_IDLENESS].to_numpy().argmax())
     return figures | {
         "idleness_s": round(float(edges[IDLENESS].mean()), 3),
         "worst_idleness_s": round(float(edges[WORST_IDLENESS].iloc[worst]), 3),
         "worst_idleness_edge": str(edges[EDGE].iloc[worst]),
+        "worst_idleness_street": str(edges[STREET].iloc[worst]),
         "unvisited_edges": int((edges[VISITS] == 0).sum()),
     }
 

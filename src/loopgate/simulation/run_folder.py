@@ -342,12 +342,16 @@ def promise_figures(gated: Drive | None, *, lights: bool, others: bool) -> dict[
     return {"promise": promise, "promise_if": given, "promise_of": _PROMISE_OF[promise].format(given)}
 
 
-def waits(folder: Folder, course: RunCourse) -> dict[str, Any]:
-    """Return the longest waits of a gated run and their causes, from its events."""
+def waits(folder: Folder, course: RunCourse, streets: Mapping[str, str]) -> dict[str, Any]:
+    """Return the longest waits of a gated run and their causes, from its events.
+
+    `streets`: the name of its street by edge.
+    """
     if course.end_s <= course.begin_s:
         return wait_figures(None)
     events = read_events(folder / EVENTS, (Event.REFUSE, Event.GRANT))
-    return wait_figures(compute_wait_causes(events=events, begin_s=course.begin_s, end_s=course.end_s))
+    causes = compute_wait_causes(events=events, begin_s=course.begin_s, end_s=course.end_s)
+    return wait_figures(causes, streets)
 
 
 def _traffic_figures(tallies: Sequence[Tally], duration_s: float) -> dict[str, Any]:

@@ -469,7 +469,8 @@ def _summary(
         findings, audited = audit_run(
             scenario, assembly, tallies, folder, session.departures.departed_s, session.turns
         )
-        waits = run_folder.waits(folder, course)
+        streets = {edge.id: edge.street for edge in assembly.network.edges.values()}
+        waits = run_folder.waits(folder, course, streets)
     figures = run_folder.summary(
         scenario,
         course,

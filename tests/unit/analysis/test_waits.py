@@ -69,6 +69,7 @@ def test_the_longest_wait_and_the_longest_for_each_cause() -> None:
         "longest_wait": {
             "vehicle": "v1",
             "place": "b",
+            "street": "",
             "since_s": 10.0,
             "by_cause_s": {"crossing": 8.0, "occupied": 8.0},
         },
