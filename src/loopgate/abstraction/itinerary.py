@@ -19,6 +19,29 @@ CLEARANCE_M = 1.0
 leaves a state between two simulation steps."""
 
 
+Overlap = tuple[float, float]
+"""Position of a front from which a vehicle can touch a foe, and of its rear beyond which it cannot [m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class SizedOverlaps:
+    """The overlaps of a crossing with one foe by the lengths of the two vehicles.
+
+    `sizes`: lengths, ascending [m]; a vehicle counts as the next longer one. `among`: by the vehicle's own
+    length, then by the foe's; None where the two never touch.
+    """
+
+    sizes: tuple[float, ...]
+    among: tuple[tuple[Overlap | None, ...], ...]
+
+    def shifted(self, by_m: float) -> SizedOverlaps:
+        """Return the overlaps with positions that are larger by `by_m`."""
+        return SizedOverlaps(
+            self.sizes,
+            tuple(tuple(o and (o[0] + by_m, o[1] + by_m) for o in row) for row in self.among),
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class Crossing:
     """A stretch between two states in which a vehicle never waits (a movement over a junction)."""
@@ -27,7 +50,7 @@ class Crossing:
     """The movement's name; vehicles on the same movement follow each other."""
     foes: frozenset[str]
     """Movements that must not be under way at the same time. Symmetric."""
-    overlaps: Mapping[str, tuple[float, float]] = field(default_factory=dict, hash=False)
+    overlaps: Mapping[str, Overlap] = field(default_factory=dict, hash=False)
     """For a foe, positions after the ``end_m`` of the leg before [m]: of the front from which a vehicle on
     this crossing can touch a vehicle on the foe, and of the rear beyond which it no longer can. A foe
     without an entry is in the way all along."""
@@ -44,6 +67,8 @@ class Crossing:
     from_lane: str = ""
     to_lane: str = ""
     """`from_lane` and `to_lane`: the lanes before and after the crossing."""
+    sized: Mapping[str, SizedOverlaps] = field(default_factory=dict, hash=False)
+    """For a foe whose `overlaps` depend on the lengths of the two vehicles, the overlaps by these."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""

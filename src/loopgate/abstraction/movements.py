@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.itinerary import CLEARANCE_M
+from loopgate.abstraction.itinerary import CLEARANCE_M, Overlap, SizedOverlaps
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
@@ -377,8 +377,6 @@ def reach_m(widths_m: Iterable[float]) -> float:
     return max(REACH_M, max(widths_m, default=0.0) + _SIDE_M)
 
 
-Overlap = tuple[float, float]
-
 _UNKNOWN = -1
 """Stands for an unknown movement: the path does not reach back to it."""
 
@@ -399,6 +397,8 @@ class Conflicts:
     with that of the next lane."""
     unlisted: tuple[tuple[str, str], ...]
     """Conflicts that the geometry shows and SUMO's request matrix does not list."""
+    sized: Mapping[str, Mapping[str, SizedOverlaps]] = field(default_factory=dict)
+    """As `overlaps`, by the lengths of the two vehicles, where these make a difference."""
     with_others: frozenset[tuple[str, str]] = frozenset()
     """Conflicts of a movement with the next one that exist only for vehicles from another movement: vehicles
     that take both follow each other."""
@@ -439,12 +439,15 @@ def find_conflicts(
     overlaps: dict[str, dict[str, Overlap]] = {name: {} for name in by_id}
     pairs = list(_pairs(network, by_id.values()))
     known = {frozenset(pair.ids) for pair in pairs if pair.listed or pair.certain}
+    certain = {frozenset(pair.ids) for pair in pairs if pair.certain}
     for pair in pairs:
         if pair.certain:
             _add(foes, *pair.ids)
     unlisted: set[tuple[str, str]] = set()
     with_others: set[tuple[str, str]] = set()
-    for one, other, begin, end, follows in _shared(_UnderWay(network, by_id.values(), places), touches):
+    sized: dict[str, dict[str, SizedOverlaps]] = {name: {} for name in by_id}
+    sizes = tuple(np.unique((touches.one_length_m, touches.other_length_m)).tolist())
+    for one, other, follows, found in _shared(_UnderWay(network, by_id.values(), places), touches, sizes):
         _add(foes, one, other)
         if by_id[one].to_id == by_id[other].from_id and not follows and one != other:
             with_others.add((one, other))
@@ -452,8 +455,23 @@ def find_conflicts(
             unlisted.add((one, other))
         line_m, clear_m = _between_places(network, by_id[one], lengths[one], places)
         joins = one != other and _same_end(by_id[one], by_id[other])
-        far_m = max(end + BETWEEN_M, lengths[one] if joins else -math.inf)
-        overlaps[one][other] = max(begin - BETWEEN_M, line_m), min(far_m, clear_m)
+        least_m = lengths[one] if joins else -math.inf
+        among = [
+            [
+                (max(begin - BETWEEN_M, line_m), min(max(end + BETWEEN_M, least_m), clear_m))
+                if begin < math.inf
+                else None
+                for begin, end in row
+            ]
+            for row in found.tolist()
+        ]
+        every = among[-1][-1]
+        if every is not None:
+            overlaps[one][other] = every
+        if frozenset((one, other)) in certain:
+            among = [[overlap or every for overlap in row] for row in among]
+        if any(overlap != every for row in among for overlap in row):
+            sized[one][other] = SizedOverlaps(sizes, tuple(map(tuple, among)))
     return Conflicts(
         foes={name: frozenset(found) for name, found in foes.items()},
         overlaps=overlaps,
@@ -462,6 +480,7 @@ def find_conflicts(
             m.id: min(network.lanes[lane].speed_mps for lane in (*m.via, m.to_id)) for m in by_id.values()
         },
         unlisted=tuple(sorted(unlisted)),
+        sized=sized,
         with_others=frozenset(with_others),
     )
 
@@ -479,25 +498,40 @@ def _between_places(
     return line_m, length_m + places[behind].begin_m if behind in places else math.inf
 
 
-def _shared(under_way: _UnderWay, touches: Touches) -> Iterator[tuple[str, str, float, float, bool]]:
+def _shared(
+    under_way: _UnderWay, touches: Touches, sizes: Sequence[float]
+) -> Iterator[tuple[str, str, bool, Floats]]:
     """Yield for each movement and foe the positions between which they touch, in both orders.
 
-    The last item tells whether vehicles on the foe may touch a vehicle that has come by the same movement.
+    The third item tells whether vehicles on the foe may touch a vehicle that has come by the same movement.
+    The last has the first front and the last rear of bodies up to each of `sizes` that touch foes up to each,
+    of shape (sizes, sizes, 2); infinite where none do.
     """
     t = touches
     mine = under_way.rows(t.paths, t.one, t.one_at_m, t.one_length_m, t.one_touched_m)
     theirs = under_way.rows(t.paths, t.other, t.other_at_m, t.other_length_m, t.other_touched_m)
     met = mine.merge(theirs, on="touch")
     orders = (("x", "y"), ("y", "x"))
-    columns = [[f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}", f"by_{b}"] for a, b in orders]
-    names = ["one", "other", "at", "rear", "by"]
+    columns = [
+        [f"movement_{a}", f"movement_{b}", f"at_{a}", f"rear_{a}", f"by_{b}", f"size_{a}", f"size_{b}"]
+        for a, b in orders
+    ]
+    names = ["one", "other", "at", "rear", "by", "mine", "theirs"]
     both = pd.concat(met[some].set_axis(names, axis=1) for some in columns)
     both["follows"] = (both["by"] == both["one"]) | (both["by"] == _UNKNOWN)
-    found = both.groupby(["one", "other"]).agg(
+    found = both.groupby(["one", "other", "mine", "theirs"]).agg(
         begin=("at", "min"), end=("rear", "max"), follows=("follows", "any")
     )
-    for one, other, begin, end, follows in found.reset_index().itertuples(index=False):
-        yield under_way.names[one], under_way.names[other], float(begin), float(end), bool(follows)
+    for pair, rows in found.groupby(level=["one", "other"]):
+        one, other = cast("tuple[int, int]", pair)
+        table = np.full((len(sizes), len(sizes), 2), (math.inf, -math.inf))
+        index = rows.index
+        size = [np.searchsorted(sizes, index.get_level_values(side)) for side in ("mine", "theirs")]
+        table[size[0], size[1]] = rows[["begin", "end"]]
+        for axis in (0, 1):
+            table[..., 0] = np.minimum.accumulate(table[..., 0], axis=axis)
+            table[..., 1] = np.maximum.accumulate(table[..., 1], axis=axis)
+        yield under_way.names[one], under_way.names[other], bool(rows["follows"].any()), table
 
 
 class _UnderWay:
@@ -554,8 +588,10 @@ class _UnderWay:
             if parts
             else np.empty((4, 0), int)
         )
-        rear = at - length_m[touch]
-        return pd.DataFrame({"touch": touch, "movement": movement, "at": at, "rear": rear, "by": by})
+        size = length_m[touch]
+        rear = at - size
+        columns = {"touch": touch, "movement": movement, "at": at, "rear": rear, "by": by, "size": size}
+        return pd.DataFrame(columns)
 
     def _came_by(self, path: SweptPath, movement: int) -> int:
         """Return the index of the movement before the given one on a path, or `_UNKNOWN`."""

@@ -149,8 +149,8 @@ def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
         behind_m = _BEHIND_M if inside else _TURNED_BEHIND_M
         xy, arc, _, begins = drawn(network, path)
         last_m = network.lanes[path.lane].length_m
-        half_m = bodies.width_m / 2
-        stiff = np.array([length for length, jointed in bodies.looked_at_m() if not jointed])
+        stiff = np.array(sorted(length for length, jointed in bodies.widths_m if not jointed))
+        widths_m = np.array([bodies.widths_m[length, False] for length in stiff.tolist()])
         # Of a lane that comes twice, the nearer one.
         lanes = dict(reversed([*zip((path.lane, *path.before), begins, strict=True)]))
         for lane, begin_m in lanes.items():
@@ -160,7 +160,9 @@ def tails_over(network: RoadNetwork, paths: SweptPaths) -> Mapping[str, float]:
             rear = np.repeat(end_m + behind_m, len(stiff))
             front = rear + np.tile(stiff, len(behind_m))
             on_it = (front >= 0.0) & (front <= last_m)
-            swing = _swing_m(xy, arc, front[on_it], rear[on_it], end_m, half_m)
+            half_m = np.tile(widths_m / 2, len(behind_m))
+            beside_m = max(bodies.widths_m.values()) / 2 + _BESIDE_M
+            swing = _swing_m(xy, arc, front[on_it], rear[on_it], half_m[on_it], end_m, beside_m)
             if swing > max(found.get(lane, 0.0), _LEAST_M):
                 found[lane] = swing
     return found
@@ -178,8 +180,10 @@ def _turns_round(network: RoadNetwork, path: SweptPath) -> bool:
     return along < _BACK * math.hypot(bx - ax, by - ay) * math.hypot(dx - cx, dy - cy)
 
 
-def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float, half_m: float) -> float:
-    """Return how far before the end of a lane bodies swing over it [m]."""
+def _swing_m(
+    xy: Floats, arc: Floats, front: Floats, rear: Floats, half_m: Floats, end_m: float, beside_m: float
+) -> float:
+    """Return how far before the end of a lane bodies swing over it, up to `beside_m` from its middle [m]."""
 
     def at(metres: Floats) -> Floats:
         return np.stack([np.interp(metres, arc, xy[:, axis]) for axis in (0, 1)], axis=-1)
@@ -189,10 +193,10 @@ def _swing_m(xy: Floats, arc: Floats, front: Floats, rear: Floats, end_m: float,
     tail = at(rear)
     ahead = at(front) - tail
     ahead /= np.maximum(np.hypot(*ahead.T), 1e-6)[:, None]
-    side = half_m * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
+    side = half_m[:, None] * np.stack([-ahead[:, 1], ahead[:, 0]], axis=-1)
     corners = np.concatenate([tail + side, tail - side]) - end
     beside = np.abs(corners @ np.array([-along[1], along[0]]))
-    return float(np.max(-(corners @ along), where=beside <= half_m + _BESIDE_M, initial=0.0))
+    return float(np.max(-(corners @ along), where=beside <= beside_m, initial=0.0))
 
 
 _MANY = 1_000_000
@@ -538,6 +542,11 @@ class _Legs:
                 limits,
                 made.from_id,
                 made.to_id,
+                {
+                    foe: table.shifted(ahead_m)
+                    for foe, table in sorted(self._conflicts.sized.get(made.id, {}).items())
+                    if foe != followed
+                },
             )
         return self._made[key]
 

@@ -74,8 +74,8 @@ class _Rows(NamedTuple):
     z: Floats
 
 
-_Laid = dict[tuple[SweptPath, tuple[tuple[float, bool], ...], float], _Rows]
-"""Bodies by path, checked lengths, and width."""
+_Laid = dict[tuple[SweptPath, tuple[tuple[tuple[float, bool], float], ...]], _Rows]
+"""Bodies by path, with lengths, joints and widths."""
 
 
 def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
@@ -118,7 +118,7 @@ def _overlaps(network: RoadNetwork, paths: SweptPaths, ways: _Ways) -> tuple[_La
     """
     kept: list[tuple[_Laid, Overlaps]] = _LAST.get(network.content, list) if network.content else []
     before, known = (*kept, ({}, None))[0]
-    keys = {(path, tuple(bodies.looked_at_m()), bodies.width_m): bodies for path, bodies in paths.items()}
+    keys = {(path, tuple(sorted(bodies.widths_m.items()))): bodies for path, bodies in paths.items()}
     laid = {key: before[key] if key in before else _lay(network, key[0], keys[key]) for key in keys}
     if 2 * len(before.keys() & laid.keys()) < len(laid):
         known = None
@@ -144,7 +144,7 @@ def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
     # Without lanes inside junctions vehicles jump from lane to lane: they have no direction meanwhile.
     whole = bool(path.before) and (lane.internal or network.lanes[path.before[0]].internal)
     found = []
-    for length, jointed in bodies.looked_at_m():
+    for (length, jointed), width_m in sorted(bodies.widths_m.items()):
         at = fronts if whole else fronts[fronts >= length]
         rear = np.maximum(at - length, arc[0])
         joints = begins if jointed else []
@@ -169,7 +169,7 @@ def _lay(network: RoadNetwork, path: SweptPath, bodies: Bodies) -> _Rows:
                     dx,
                     dy,
                     size / 2 + END_M,
-                    np.full(len(size), bodies.width_m / 2 + SIDE_M),
+                    np.full(len(size), width_m / 2 + SIDE_M),
                     np.interp(ahead_m, arc, height),
                 )
             )

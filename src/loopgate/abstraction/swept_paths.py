@@ -1,6 +1,7 @@
 """The lanes on which bodies lie: each lane of a loop with the lanes behind it, once for all loops."""
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ _LOOK_BACK_M = 30.0
 """How far behind the longest body two paths are compared, to see whether they come from one lane [m]."""
 
 _MOST_LENGTHS = 4
-"""Most vehicle lengths that are checked on a path."""
+"""Most vehicle lengths that are checked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,35 +31,43 @@ class SweptPath:
 
 @dataclass(slots=True)
 class Bodies:
-    """The lengths of the vehicles on a path [m], whether each has joints, and the largest width [m].
+    """The bodies to check on a path: length [m] and whether it has joints, with the largest width [m].
 
     `arrive`: whether some vehicles arrive on its lane and go no further.
     """
 
-    lengths_m: set[tuple[float, bool]]
-    width_m: float
+    widths_m: dict[tuple[float, bool], float]
     arrive: bool = False
-
-    def looked_at_m(self) -> list[tuple[float, bool]]:
-        """Return the lengths to check in ascending order [m]: all, or a selection if they are many."""
-        every = sorted(self.lengths_m)
-        few = min(len(every), _MOST_LENGTHS)
-        return sorted({every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few)})
 
 
 SweptPaths = dict[SweptPath, Bodies]
 
 
+def sizes_of(kinds: Iterable[VehicleType]) -> tuple[float, ...]:
+    """Return the lengths of bodies to check, ascending [m]: all, or a selection if they are many."""
+    every = sorted({kind.length_m for kind in kinds})
+    few = min(len(every), _MOST_LENGTHS)
+    return tuple(every[round(k * (len(every) - 1) / max(1, few - 1))] for k in range(few))
+
+
 def swept_paths_of(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> SweptPaths:
-    """Return the swept paths of all vehicles on loops. O(spans)."""
+    """Return the swept paths of all vehicles on loops. O(spans).
+
+    A vehicle whose length is not checked counts as the next longer one, and as the next shorter one.
+    """
+    sizes = sizes_of(kind for _, kind in users)
     found: SweptPaths = {}
     for loop, kinds in _kinds(users):
-        lengths = {(kind.length_m, kind.jointed) for kind in kinds}
-        width = max(kind.width_m for kind in kinds)
-        for path in _along(network, loop, max(lengths)[0]):
-            bodies = found.setdefault(path, Bodies(set(), width))
-            bodies.lengths_m |= lengths
-            bodies.width_m = max(bodies.width_m, width)
+        widths: dict[tuple[float, bool], float] = {}
+        for kind in kinds:
+            size = bisect_left(sizes, kind.length_m)
+            for length in {sizes[size], sizes[size if sizes[size] == kind.length_m else size - 1]}:
+                body = (length, kind.jointed)
+                widths[body] = max(widths.get(body, 0.0), kind.width_m)
+        for path in _along(network, loop, max(widths)[0]):
+            bodies = found.setdefault(path, Bodies({}))
+            for body, width_m in widths.items():
+                bodies.widths_m[body] = max(bodies.widths_m.get(body, 0.0), width_m)
         bodies.arrive |= not loop.closed
     return found
 

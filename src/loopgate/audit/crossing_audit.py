@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -172,20 +172,16 @@ class LoopTable:
 def _stretches_of(length_m: float, stretches: LoopStretches) -> LoopStretches:
     """Return the stretches that a body of some length can be on.
 
-    A stretch is shared by bodies of all lengths: it lasts from the first front to the last rear of those that
-    touch the foe. If it begins farther beyond its end than this body is long, only longer bodies touch. The
-    rules *drawn* and *conflict* check that the abstraction leaves out no body that can touch.
+    A stretch is shared by bodies of several lengths: it lasts from the first front to the last rear of those
+    that touch the foe. If it begins farther beyond its end than this body is long, only longer bodies touch.
+    The rules *drawn* and *conflict* check that the abstraction leaves out no body that can touch.
     """
     on_it = stretches.begin_m - stretches.end_m <= length_m + 2 * ROUNDING_M
+    on_it &= (stretches.above_m < length_m) & (length_m <= stretches.up_to_m)
     if on_it.all():
         return stretches
-    return LoopStretches(
-        stretches.begin_m[on_it],
-        stretches.end_m[on_it],
-        stretches.group[on_it],
-        stretches.side[on_it],
-        stretches.first,
-    )
+    columns = {one.name: getattr(stretches, one.name) for one in fields(stretches) if one.name != "first"}
+    return replace(stretches, **{name: column[on_it] for name, column in columns.items()})
 
 
 class Traveller:
@@ -391,12 +387,13 @@ def find_unmodelled(layout: Layout, drawn: Drawn) -> list[tuple[str, str, str]]:
 
 def _foes(layout: Layout, one: Side, other: Side) -> Iterator[tuple[Stretch, Stretch]]:
     """Yield the stretches that two conflicting movements share by the abstraction, each along its own way."""
-    theirs = [crossing for leg in _under_way(layout, other) for crossing in leg.crossings]
+    theirs = [(leg, movement) for leg in _under_way(layout, other) for movement, _ in leg.crossings]
     for leg in _under_way(layout, one):
-        for movement, foes in leg.crossings:
-            for foe, back in theirs:
-                if foe in foes and movement in back:
-                    yield foes[foe], back[movement]
+        for movement, _ in leg.crossings:
+            for there, foe in theirs:
+                mine = list(leg.shared(movement, foe, one.length_m, other.length_m))
+                back = list(there.shared(foe, movement, other.length_m, one.length_m))
+                yield from zip(mine, back, strict=False)
 
 
 def _under_way(layout: Layout, side: Side) -> list[LoopLeg]:

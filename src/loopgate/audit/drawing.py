@@ -49,7 +49,7 @@ class Side(NamedTuple):
     `begin_m`: the first front; `end_m`: the last rear [m]. `fronts_m`: the distance from the first to the
     last front [m]. `waits`: whether any of these bodies lies in a place, between its beginning and its stop
     line. `shortest`: whether the bodies have the least length on this way. `under`: the numbers of the lanes
-    on which parts of these bodies can lie.
+    on which parts of these bodies can lie. `length_m`: their length [m].
     """
 
     loop: str
@@ -60,6 +60,7 @@ class Side(NamedTuple):
     waits: bool
     shortest: bool
     under: frozenset[int] = frozenset()
+    length_m: float = math.inf
 
 
 class Meeting(NamedTuple):
@@ -252,6 +253,7 @@ def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: Ints) -> 
         waits=bool(bodies.waits[some].any()),
         shortest=length_m == min(way.sizes)[0],
         under=frozenset(lane for at, lane in way.behind if at + way.lengths[lane] > -length_m),
+        length_m=length_m,
     )
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -53,6 +54,22 @@ class LoopSpan:
 
 
 @dataclass(frozen=True, slots=True)
+class SizedStretches:
+    """The stretches of a movement that a foe shares, by the lengths of the two vehicles.
+
+    `sizes`: lengths, ascending [m]; a vehicle counts as the next longer one. `among`: by the length on the
+    movement, then by that of the foe; None where the two can touch nowhere.
+    """
+
+    sizes: tuple[float, ...]
+    among: tuple[tuple[Stretch | None, ...], ...]
+
+    def size_of(self, length_m: float) -> int:
+        """Return the index of the size as which a vehicle counts."""
+        return min(bisect_left(self.sizes, length_m), len(self.sizes) - 1)
+
+
+@dataclass(frozen=True, slots=True)
 class LoopLeg:
     """A state on a loop, and the crossings behind it."""
 
@@ -63,6 +80,22 @@ class LoopLeg:
     crossings: tuple[tuple[str, Mapping[str, Stretch | None]], ...] = ()
     """For each movement to the next state its foes, each with the arc lengths [m] on this loop between which
     the two can touch; None if they can touch everywhere."""
+    sized: Mapping[str, Mapping[str, SizedStretches]] = field(default_factory=dict)
+    """By movement and foe, where the stretch depends on the lengths of the two vehicles."""
+
+    def shared(
+        self, movement: str, foe: str, length_m: float, foe_length_m: float
+    ) -> Iterator[Stretch | None]:
+        """Yield the stretch that vehicles of two lengths share, as in `crossings`; nothing if they do not."""
+        foes = dict(self.crossings).get(movement, {})
+        sized = self.sized.get(movement, {}).get(foe)
+        if sized is None:
+            if foe in foes:
+                yield foes[foe]
+            return
+        stretch = sized.among[sized.size_of(length_m)][sized.size_of(foe_length_m)]
+        if stretch is not None:
+            yield stretch
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,10 +259,23 @@ def _loop(data: Mapping[str, Any]) -> LoopWay:
                     )
                     for movement, foes in leg["crossings"]
                 ),
+                {
+                    _text(movement): {foe: _sized(table) for foe, table in foes.items()}
+                    for movement, foes in leg.get("sized", {}).items()
+                },
             )
             for leg in data["legs"]
         ),
     )
+
+
+def _sized(data: Mapping[str, Any]) -> SizedStretches:
+    sizes = tuple(map(_number, data["sizes"]))
+    among = tuple(tuple((_number(s[0]), _number(s[1])) if s else None for s in row) for row in data["among"])
+    if not sizes or {len(among), *map(len, among)} != {len(sizes)}:
+        msg = f"stretches by length: {len(among)} rows for {len(sizes)} lengths"
+        raise ValueError(msg)
+    return SizedStretches(sizes, among)
 
 
 def _body(data: Mapping[str, Any]) -> VehicleBody:

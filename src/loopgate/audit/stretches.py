@@ -1,13 +1,15 @@
 """Stretches of loops with a limit on vehicles: a number of bodies, or one direction at a time."""
 
+import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
 from loopgate.audit.drawing import DrawnConflict
-from loopgate.audit.layout import Layout, LoopWay
+from loopgate.audit.layout import Layout, LoopWay, SizedStretches
 
 ROUNDING_M = 0.02
 """Recorded positions are rounded to centimetres: stretches are taken this much shorter at either end [m]."""
@@ -25,16 +27,23 @@ class StretchGroup:
     """How many bodies a place holds; 0 for the other kinds."""
     zone: int = 0
     """Number of the zone of those in which two lanes meet, as drawn."""
+    sizes: tuple[int, ...] = ()
+    """Of the two movements, the sizes of the vehicles on them; empty for vehicles of any length."""
 
 
 @dataclass(frozen=True, slots=True)
 class LoopStretches:
-    """The stretches of one loop: begin and end [m], number of the group, side (0 or 1)."""
+    """The stretches of one loop: begin and end [m], number of the group, side (0 or 1).
+
+    `above_m`, `up_to_m`: the lengths of the bodies that a stretch is for [m].
+    """
 
     begin_m: Floats
     end_m: Floats
     group: Ints
     side: Ints
+    above_m: Floats
+    up_to_m: Floats
     first: int
     """Number of its first stretch among those of all loops."""
 
@@ -61,25 +70,32 @@ def lay_stretches(layout: Layout, drawn: Mapping[str, list[DrawnConflict]]) -> S
     count = 0
     for name, loop in layout.loops.items():
         rows = [
-            (begin + ROUNDING_M, end - ROUNDING_M, numbers.setdefault(group, len(numbers)), side)
-            for group, side, begin, end in (*_places(layout, loop), *_crossings(loop), *_drawn(drawn[name]))
+            (begin + ROUNDING_M, end - ROUNDING_M, numbers.setdefault(group, len(numbers)), side, *lengths)
+            for group, side, begin, end, lengths in (
+                *_places(layout, loop),
+                *_crossings(loop),
+                *_drawn(drawn[name]),
+            )
         ]
-        table = np.array(rows, dtype=np.float64).reshape(-1, 4)
+        table = np.array(rows, dtype=np.float64).reshape(-1, 6)
+        begin, end, group, side, above, up_to = table.T
         loops[name] = LoopStretches(
-            table[:, 0], table[:, 1], table[:, 2].astype(np.int64), table[:, 3].astype(np.int64), count
+            begin, end, group.astype(np.int64), side.astype(np.int64), above, up_to, count
         )
         count += len(rows)
     return Stretches(tuple(numbers), loops, count)
 
 
-_Row = tuple[StretchGroup, int, float, float]
+_ANY = -math.inf, math.inf
+
+_Row = tuple[StretchGroup, int, float, float, tuple[float, float]]
 
 
 def _places(layout: Layout, loop: LoopWay) -> Iterator[_Row]:
     for leg in loop.legs:
         room = layout.room.get(leg.state)
         if room is not None:
-            yield StretchGroup("place", (leg.state,), room), 0, leg.begin_m, leg.end_m
+            yield StretchGroup("place", (leg.state,), room), 0, leg.begin_m, leg.end_m, _ANY
 
 
 def _crossings(loop: LoopWay) -> Iterator[_Row]:
@@ -88,13 +104,27 @@ def _crossings(loop: LoopWay) -> Iterator[_Row]:
         behind = loop.legs[following].begin_m + (0.0 if following else loop.length_m)
         for movement, foes in leg.crossings:
             for foe, stretch in foes.items():
+                sized = leg.sized.get(movement, {}).get(foe)
+                if sized is not None:
+                    yield from _by_size(sized, movement, foe)
+                    continue
                 begin, end = stretch or (leg.end_m, behind)
-                yield _pair("crossing", movement, foe), int(movement > foe), begin, end
+                yield _pair("crossing", movement, foe), int(movement > foe), begin, end, _ANY
+
+
+def _by_size(sized: SizedStretches, movement: str, foe: str) -> Iterator[_Row]:
+    side, bounds = int(movement > foe), [*pairwise((-math.inf, *sized.sizes[:-1], math.inf))]
+    for mine, row in enumerate(sized.among):
+        for theirs, stretch in enumerate(row):
+            if stretch is not None:
+                sizes = (theirs, mine) if side else (mine, theirs)
+                group = replace(_pair("crossing", movement, foe), sizes=sizes)
+                yield group, side, *stretch, bounds[mine]
 
 
 def _drawn(conflicts: list[DrawnConflict]) -> Iterator[_Row]:
     for c in conflicts:
-        yield _pair("drawn", c.movement, c.foe, c.zone), int(c.movement > c.foe), c.begin_m, c.end_m
+        yield _pair("drawn", c.movement, c.foe, c.zone), int(c.movement > c.foe), c.begin_m, c.end_m, _ANY
 
 
 def _pair(kind: str, one: str, other: str, zone: int = 0) -> StretchGroup:

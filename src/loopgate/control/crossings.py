@@ -27,7 +27,7 @@ from math import inf
 from typing import Final
 
 from loopgate.control.lights import passes_lights
-from loopgate.control.places import Body, Foe, GrantedPass, Pass, Vehicle, braking_time_s, time_s
+from loopgate.control.places import Body, Foe, GrantedPass, Pass, Vehicle, braking_time_s, shared_by, time_s
 
 PAST: Final = 0
 BEFORE: Final = 1
@@ -63,20 +63,23 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             continue
         foes = over.foes
         for trip in over.movement.junction.trips:
-            foe, shared = foes.get(trip.over.movement), trip.over.foes.get(over.movement)
-            # Without a shared stretch the other vehicle has come by this movement, and is followed.
-            if foe is None or shared is None or trip.vehicle is vehicle or not trip.seen:
-                continue
             other = trip.vehicle
+            other_m = other.make.length_m
+            foe = shared_by(foes.get(trip.over.movement), length_m, other_m)
+            shared = shared_by(trip.over.foes.get(over.movement), other_m, length_m)
+            # Without a shared stretch the two touch nowhere, or the other vehicle has come by this movement
+            # and is followed.
+            if foe is None or shared is None or other is vehicle or not trip.seen:
+                continue
             if other.stops_here():
                 return Hindrance(other, -inf)
             if shared.to_m == inf or foe.to_m == inf:  # noqa: PLR1714  a tuple costs three times this
                 return Hindrance(other, trip.clear_m)
             inside_m = other.front_m - trip.line_m
-            left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
+            left_m = shared.to_m + other_m + _BEYOND_M - inside_m
             if left_m < 0.0:
                 continue
-            if shared.from_m - shared.to_m > other.make.length_m or foe.from_m - foe.to_m > length_m:
+            if shared.from_m - shared.to_m > other_m or foe.from_m - foe.to_m > length_m:
                 continue  # one of the two is too short to touch the stretch that they share
             relation = _relation(vehicle, foe, trip, shared)
             if relation == IN_THE_WAY and _passes_first(vehicle, over, foe, trip, shared):
@@ -85,7 +88,7 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
                 relation = LATER
             if relation == IN_THE_WAY and not (other.make.foreseen or vehicle.make.foreseen):
                 # It is in the way until its rear is past the stretch, whatever the two vehicles do.
-                past_m = trip.line_m + shared.to_m + other.make.length_m + _BEYOND_M
+                past_m = trip.line_m + shared.to_m + other_m + _BEYOND_M
                 return Hindrance(other, min(past_m, trip.clear_m))
             if relation == IN_THE_WAY or order not in (PAST, relation):
                 return Hindrance(other, -inf)  # both vehicles' speeds decide, in each step
@@ -169,17 +172,18 @@ def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:
 
     `inside_m`: how far its front is beyond its stop line [m].
     """
-    ahead = trip.vehicle
+    ahead, length_m = trip.vehicle, trip.vehicle.make.length_m
     if inside_m < trip.over.ahead_m + _BEYOND_M and _room_m(ahead, trip.into) < trip.clear_m - ahead.front_m:
         return True  # if the vehicle ahead stands, this one cannot clear the junction, and SUMO keeps it out
     for over in trip.leg.passes:
         for first in over.movement.junction.trips:
-            foe = over.foes.get(first.over.movement)
+            first_m = first.vehicle.make.length_m
+            foe = shared_by(over.foes.get(first.over.movement), length_m, first_m)
             if foe is None or first.vehicle is ahead or not first.seen:
                 continue
             if first.number < trip.number or inside_m < foe.from_m:
-                shared = first.over.foes.get(over.movement)
-                past_m = first.vehicle.front_m - first.vehicle.make.length_m - _BEYOND_M - first.line_m
+                shared = shared_by(first.over.foes.get(over.movement), first_m, length_m)
+                past_m = first.vehicle.front_m - first_m - _BEYOND_M - first.line_m
                 if shared is not None and past_m < shared.to_m:
                     return True
     return _follows_aside(trip.leg.passes[0], ahead, trip.number)

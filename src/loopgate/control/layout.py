@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Crossing, DrawnLeg
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap
 from loopgate.control.lamps import Signal
 from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
@@ -98,14 +98,20 @@ class PlaceLayout:
     def _foes(self, crossing: Crossing) -> dict[Movement, Foe]:
         foes: dict[Movement, Foe] = {}
         for name in sorted(crossing.foes & self._movements.keys()):
-            from_m, to_m = crossing.overlaps.get(name, (0.0, inf))
-            soonest_s, least = crossing.soonest(from_m)
-            until_s = crossing.soonest(to_m)[0] if to_m < inf else 0.0
-            mean = to_m / until_s if until_s > 0.0 else least
-            foes[self._movements[name]] = Foe(
-                self._movements[name], float(from_m), float(to_m), float(soonest_s), float(least), float(mean)
-            )
+            movement, sized = self._movements[name], crossing.sized.get(name)
+            foe = foes[movement] = _foe(movement, crossing, crossing.overlaps.get(name, (0.0, inf)))
+            if sized is not None:
+                foe.sizes = list(sized.sizes)
+                foe.among = [[o and _foe(movement, crossing, o) for o in row] for row in sized.among]
         return foes
+
+
+def _foe(movement: Movement, crossing: Crossing, overlap: Overlap) -> Foe:
+    from_m, to_m = overlap
+    soonest_s, least = crossing.soonest(from_m)
+    until_s = crossing.soonest(to_m)[0] if to_m < inf else 0.0
+    mean = to_m / until_s if until_s > 0.0 else least
+    return Foe(movement, float(from_m), float(to_m), float(soonest_s), float(least), float(mean))
 
 
 def _exits(ways: Sequence[Drawings]) -> dict[str, list[str]]:

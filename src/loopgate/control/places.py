@@ -135,9 +135,12 @@ class Foe:
     Distances count from the stop line before the movement. `to_m` is infinite if the foe is in the way all
     along. `soonest_s`: the shortest time at the speed limits from the stop line to the stretch [s]. `least`:
     the lowest limit before the stretch [m/s]. `mean`: the mean of the limits up to its end [m/s].
+
+    `sizes`, `among`: where the stretch depends on the lengths of the two vehicles, the lengths [m], and the
+    stretches by the own length, then by the other's; None where the two never touch.
     """
 
-    __slots__ = ("from_m", "least", "mean", "movement", "soonest_s", "to_m")
+    __slots__ = ("among", "from_m", "least", "mean", "movement", "sizes", "soonest_s", "to_m")
 
     def __init__(
         self, movement: Movement, from_m: float, to_m: float, soonest_s: float, least: float, mean: float
@@ -148,6 +151,23 @@ class Foe:
         self.soonest_s: Final = soonest_s
         self.least: Final = least
         self.mean: Final = mean
+        self.sizes: list[float] = []
+        self.among: list[list[Foe | None]] = []
+
+
+def shared_by(foe: Foe | None, mine_m: float, theirs_m: float) -> Foe | None:
+    """Return the stretch that vehicles of two lengths [m] share, the own first; None if there is none."""
+    if foe is None or not foe.sizes:
+        return foe
+    sizes, last = foe.sizes, len(foe.sizes) - 1
+    if mine_m > sizes[last] or theirs_m > sizes[last]:
+        return foe
+    mine = theirs = 0
+    while sizes[mine] < mine_m:
+        mine += 1
+    while sizes[theirs] < theirs_m:
+        theirs += 1
+    return foe.among[mine][theirs]
 
 
 class Pass:

@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean
 
 from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
-from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, VehicleBody
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, SizedStretches, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.control.start import VehicleStart
 from loopgate.model import StateId
@@ -110,9 +110,20 @@ def _span(span: LaneSpan) -> LoopSpan:
 
 def _legs(itinerary: Itinerary) -> tuple[LoopLeg, ...]:
     return tuple(
-        LoopLeg(leg.state, leg.begin_m, leg.end_m, tuple((c.id, _foes(c, leg.end_m)) for c in leg.crossings))
+        LoopLeg(
+            leg.state,
+            leg.begin_m,
+            leg.end_m,
+            tuple((c.id, _foes(c, leg.end_m)) for c in leg.crossings),
+            {c.id: _sized(c, leg.end_m) for c in leg.crossings if c.sized},
+        )
         for leg in itinerary.legs
     )
+
+
+def _sized(crossing: Crossing, at_m: float) -> dict[str, SizedStretches]:
+    shifted = {foe: table.shifted(at_m) for foe, table in crossing.sized.items()}
+    return {foe: SizedStretches(table.sizes, table.among) for foe, table in shifted.items()}
 
 
 def _foes(crossing: Crossing, at_m: float) -> dict[str, tuple[float, float] | None]:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay
+from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, SizedStretches
 from loopgate.network.loop import AWAY_M
 from loopgate.simulation.ways_round import TurnOff
 
@@ -89,4 +89,13 @@ def _leg_moved(leg: LoopLeg, by_m: float) -> LoopLeg:
         (name, {foe: (at[0] + by_m, at[1] + by_m) if at else None for foe, at in foes.items()})
         for name, foes in leg.crossings
     )
-    return LoopLeg(leg.state, leg.begin_m + by_m, leg.end_m + by_m, crossings)
+    sized = {
+        name: {foe: _sized_moved(table, by_m) for foe, table in foes.items()}
+        for name, foes in leg.sized.items()
+    }
+    return LoopLeg(leg.state, leg.begin_m + by_m, leg.end_m + by_m, crossings, sized)
+
+
+def _sized_moved(table: SizedStretches, by_m: float) -> SizedStretches:
+    among = tuple(tuple(at and (at[0] + by_m, at[1] + by_m) for at in row) for row in table.among)
+    return SizedStretches(table.sizes, among)

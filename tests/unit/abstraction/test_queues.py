@@ -381,6 +381,34 @@ def test_long_vehicles_cut_corners() -> None:
     assert [(one, foe) for one in common for foe in mixed.foes[one] & common - cars.foes[one]]
 
 
+def test_cars_share_no_more_of_the_road_because_buses_come() -> None:
+    """The stretch that two cars share is theirs, but not less than without buses; a bus has its own."""
+    network = RoadNetwork.open("sumo:bs3d")
+    loops = generate_loops(network, 20, length_m=(400.0, 3000.0), seed=1)
+    bus = VehicleType(id="bus", vclass="bus", length_m=12.0)
+    cars = lay_out_queues(network, [(loop, DEFAULT_TYPE) for loop in loops]).conflicts
+    mixed = lay_out_queues(
+        network, [(loop, kind) for loop in loops for kind in (DEFAULT_TYPE, bus)]
+    ).conflicts
+    shorter = apart = 0
+    for one, sized in mixed.sized.items():
+        for other, table in sized.items():
+            assert table.sizes == (5.0, 12.0)
+            (short, _), (_, long) = table.among
+            assert long == mixed.overlaps[one][other]
+            known = cars.overlaps.get(one, {}).get(other)
+            if short is None:
+                apart += 1
+                assert mixed.sized[other][one].among[0][0] is None
+                assert known is None
+            elif known:
+                assert short[0] <= known[0] + 1e-9
+                assert short[1] >= known[1] - 1e-9
+                shorter += short[1] < long[1]
+    assert shorter > 0
+    assert apart > 0
+
+
 def test_all_loops_agree_on_the_places_of_an_edge() -> None:
     """Arc lengths are rounded otherwise on each loop; whether a lane is a place must not depend on that."""
     network = RoadNetwork.open("sumo:bs3d")

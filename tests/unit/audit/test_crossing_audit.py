@@ -22,7 +22,7 @@ from loopgate.audit import (
 from loopgate.audit.crossing_audit import bends, overlapping
 from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetings, lies_above
 from loopgate.audit.drawn_bodies import LaneOnWay, draw_bodies, driven
-from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, VehicleBody
+from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, SizedStretches, VehicleBody
 from loopgate.audit.position_table import Positions
 from loopgate.cache import Cache
 from loopgate.errors import ResultsError
@@ -212,6 +212,24 @@ def test_a_stretch_that_only_longer_bodies_are_on(
     )
     ways = {"v1": drive(20.0, 4.0, until_m=58.0), "v2": drive(20.0, 5.0, until_m=53.5)}
     assert ("crossing" in rules(audit(tmp_path, ways, GRANTED, longer))) == broken
+
+
+@pytest.mark.parametrize(("length_m", "broken"), [(5.0, []), (9.0, ["crossing"])])
+def test_stretches_by_length(length_m: float, broken: list[str], tmp_path: Path) -> None:
+    """A long v1 may not pass while v2 stands 1.8 m before the stretch that short vehicles share."""
+    plan, wide = layout(), (50.0, 61.0)
+    table = SizedStretches((5.0, 9.0), ((SHARED, wide), (wide, wide)))
+    loops = {
+        name: dataclasses.replace(way, legs=(dataclasses.replace(way.legs[0], sized=sized), way.legs[1]))
+        for (name, way), sized in zip(
+            plan.loops.items(), ({ACROSS: {ALONG: table}}, {ALONG: {ACROSS: table}}), strict=True
+        )
+    }
+    vehicles = {**plan.vehicles, "v1": VehicleBody("a", length_m, 1.8, 20.0, 0)}
+    plan = dataclasses.replace(plan, loops=loops, vehicles=vehicles)
+    write_layout(plan, tmp_path / "layout.json")
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 5.0, until_m=51.0)}
+    assert rules(audit(tmp_path, ways, GRANTED, read_layout(tmp_path / "layout.json"))) == broken
 
 
 def test_a_stretch_halved(tmp_path: Path) -> None:

@@ -267,6 +267,19 @@ def test_nothing_is_foreseen_of_one_that_changes_lanes_on_its_way(steered: bool,
     assert scene.found() == found
 
 
+@pytest.mark.parametrize(
+    ("length_m", "found"), [(4.0, PAST), (5.0, PAST), (8.0, IN_THE_WAY), (12.0, IN_THE_WAY), (20.0, PAST)]
+)
+def test_only_long_vehicles_share_a_stretch(length_m: float, found: str) -> None:
+    """Up to 5 m they touch nowhere; one that is longer than any known counts as any."""
+    scene = Crossed("b", (49.9, 51.0), length_m=length_m, shared=(2.0, -20.0), theirs=(3.0, -20.0))
+    for over in (scene.over, scene.trip.over):
+        ((movement, foe),) = over.foes.items()
+        whole = Foe(movement, 2.0, 9.0, foe.soonest_s, foe.least, foe.mean)
+        foe.sizes, foe.among = [5.0, 12.0], [[None, None], [None, whole]]
+    assert scene.found() == found
+
+
 def test_a_vehicle_that_comes_to_a_foe_by_the_same_movement_is_followed() -> None:
     """Its crossing does not list the movement, though that lists it for vehicles that come otherwise."""
     scene = Crossed("b", (49.9, 51.0))

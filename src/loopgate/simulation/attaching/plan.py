@@ -82,4 +82,5 @@ def _among(movements: set[str], legs: tuple[DrawnLeg, ...]) -> list[DrawnLeg]:
 
 def _without(movements: set[str], crossing: Crossing) -> Crossing:
     overlaps = {foe: where for foe, where in crossing.overlaps.items() if foe in movements}
-    return replace(crossing, foes=crossing.foes & movements, overlaps=overlaps)
+    sized = {foe: table for foe, table in crossing.sized.items() if foe in movements}
+    return replace(crossing, foes=crossing.foes & movements, overlaps=overlaps, sized=sized)
