@@ -316,6 +316,10 @@ class FakeTraffic:
         """There is one lane."""
         return []
 
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:  # noqa: ARG002  the protocol's
+        """There is one lane."""
+        return 0, False
+
     def faces_red(self, vehicle: str) -> bool:  # noqa: ARG002  the protocol's
         """There is no light."""
         return False

@@ -299,6 +299,12 @@ class Traffic(Protocol):
         is to the left; 0 for the best lanes.
         """
 
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:
+        """Return to which side a vehicle must change lanes and cannot, and whether it lets another do so.
+
+        The side is 1 to the left, -1 to the right, 0 if there is none.
+        """
+
     def faces_red(self, vehicle: str) -> bool:
         """Return whether a vehicle is near the end of its lane, and a light there is red for it."""
 

@@ -405,6 +405,10 @@ _LANE_CHANGE_AS_TOLD_ONLY = 0b11_00_00_00_00
 _VIA, _STATE, _RED = 4, 5, "ru"
 """Where a link has the lane inside the junction and the state of its light, and states of a red one."""
 
+_MUST_CHANGE, _KEPT_FROM_IT, _LETS_IN = 0x108, 0x3E00, 1 << 27
+"""Bits of SUMO's lane-change state: strategic and urgent; a leader, a follower or a body beside is in the
+way; the driver stands so that another can come over (``LCA_AMBACKBLOCKER_STANDING``)."""
+
 _AT_JUNCTION_M = 15.0
 """A vehicle nearer than this to the end of its lane may stand there because of the light [m]."""
 
@@ -465,6 +469,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         )
         self._set_speed, self._set_speed_mode = read("vehicle_setSpeed"), read("vehicle_setSpeedMode")
         self._is_parking = read("vehicle_isStoppedParking")
+        self._lane_change = read("vehicle_getLaneChangeState")
         self._like = [
             read(f"vehicle_{name}")
             for name in (
@@ -715,6 +720,13 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
             ((lane, *after[1:]), float(length_m), int(to_best))
             for lane, length_m, _, to_best, _, after in self._vehicle.getBestLanes(vehicle)
         ]
+
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:
+        states = {side: int(self._lane_change(vehicle, side)[1]) for side in (-1, 1)}
+        kept = (side for side, state in states.items() if state & _MUST_CHANGE == _MUST_CHANGE)
+        return next((side for side in kept if states[side] & _KEPT_FROM_IT), 0), any(
+            state & _LETS_IN for state in states.values()
+        )
 
     def faces_red(self, vehicle: str) -> bool:
         links = self._vehicle.getNextLinks(vehicle)

@@ -227,6 +227,10 @@ class Film:
         """Return None: FCD output does not tell."""
         del vehicle
 
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:  # noqa: ARG002  the protocol's
+        """Return none: a film does not know it."""
+        return 0, False
+
     def faces_red(self, vehicle: str) -> bool:
         """Return False: FCD output has no lights."""
         del vehicle

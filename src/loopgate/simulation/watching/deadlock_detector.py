@@ -16,7 +16,7 @@ from loopgate.simulation.watching.trails import Trails
 
 __all__ = ["Deadlock", "DeadlockDetector", "Root", "ToldRefusal"]
 
-_CREEPS_MPS = 0.02
+_CREEPS_MPS = 0.04
 """A vehicle that is slower than this between two checks stands [m/s]: it only moves up to its leader."""
 
 _STIRS_M, _SETTLES_S, _RESTLESS_S = 0.015, 20.0, 100.0
@@ -189,7 +189,10 @@ class DeadlockDetector:
             return None
         places: dict[str, str] = {}
         self._on_road.look(standing, self._restless(now))
-        waits = {v: self._waits(v, places, now - still[v]) for v in standing}
+        self._on_road.suppose(None)
+        maybe = deadlocked({v: self._waits(v, places, now - still[v]) for v in standing})
+        self._on_road.suppose(maybe)
+        waits = {v: self._waits(v, places, now - still[v]) for v in sorted(maybe)}
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck

@@ -46,6 +46,11 @@ _BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
 """What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
 on a lane within the third [m]."""
 
+_LEVEL_M, _FOLLOWS_M, _LETS_IN_M = 0.05, 2.0, 0.09
+"""Two vehicles are level whose fronts differ by less than the first. Who must change lanes follows the next
+vehicle on the other lane at most the second beyond the minimum gap behind it, and creeps on to half of that.
+Who is nearer than the third behind another cannot let it in before itself any more [m]."""
+
 _MOST_SETS = 4
 """So many sets of vehicles are kept for each way of several."""
 
@@ -88,6 +93,12 @@ class Road(Protocol):
 
     def lanes_for(self, vehicle: str) -> Sequence[LeadsOn] | None:
         """Return how the lanes of its edge lead on along the route of a vehicle; None if not known."""
+
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:
+        """Return to which side a vehicle must change lanes and cannot, and whether it lets another do so.
+
+        The side is 1 to the left, -1 to the right, 0 if there is none.
+        """
 
     def faces_red(self, vehicle: str) -> bool:
         """Return whether the next light is red for a vehicle."""
@@ -142,7 +153,8 @@ class RoadWaits:
         self._lane: dict[str, tuple[str, float]] = {}
         self._creeping: set[str] = set()
         """The vehicles that have moved at all since the last look."""
-        self._standing: AbstractSet[str] = frozenset()
+        self._lasting: AbstractSet[str] = frozenset()
+        self._jams_last = False
         self._restless: AbstractSet[str] = frozenset()
         self._drifting: dict[str, bool] = {}
         """Whether vehicles that creep have no body in their way, as far as it was asked for."""
@@ -151,7 +163,8 @@ class RoadWaits:
 
     def look(self, standing: Collection[str] = (), restless: AbstractSet[str] = frozenset()) -> None:
         """Take in where all vehicles are now, which stand for long, and which of them creep nevertheless."""
-        self._standing, self._restless, self._drifting = frozenset(standing), restless, {}
+        self._lasting, self._restless, self._drifting = frozenset(standing), restless, {}
+        self._jams_last = False
         fronts, bodies = defaultdict(list), defaultdict(list)
         before, self._lane, self._creeping = self._lane, {}, set()
         for vehicle, lane, front_m in self._road.on_lanes():
@@ -167,9 +180,18 @@ class RoadWaits:
             bodies[lane].append(here)
             for behind, end_m in self._behind(vehicle, lane, length_m - front_m):
                 bodies[behind].append(Occupant(vehicle, end_m + front_m, end_m + front_m - length_m))
+        self._creeping |= restless
         for some in (*fronts.values(), *bodies.values()):
             some.sort(key=lambda one: one.front_m)
         self._fronts, self._bodies = dict(fronts), dict(bodies)
+
+    def suppose(self, lasting: AbstractSet[str] | None) -> None:
+        """Suppose that these vehicles may stand for good, so jams are of them; or that each jam lasts (None).
+
+        A jam lasts if enough of it stands, whoever that is. So who stands for good is found in two goes.
+        """
+        self._jams_last, self._drifting = lasting is None, {}
+        self._lasting = self._lasting if lasting is None else lasting
 
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
         """Return the sets of a vehicle that has stood for some time [s]; none if it waits for no vehicle."""
@@ -210,10 +232,16 @@ class RoadWaits:
         return self._drifting[vehicle]
 
     def cause(self, vehicle: str) -> str:
-        """Return why a vehicle stands in whose way no body is: a light, the right of way, or unknown."""
+        """Return why a vehicle stands that no vehicle keeps back for good.
+
+        It must change lanes, or lets another do so; a light; the right of way; or unknown.
+        """
         lane, front_m = self._lane.get(vehicle, ("", 0.0))
-        if lane and not self._network.lanes[lane].internal and self._road.faces_red(vehicle):
-            return "light"
+        if lane and not self._network.lanes[lane].internal:
+            if any(self._road.lane_wish(vehicle)):
+                return "lane change"
+            if self._road.faces_red(vehicle):
+                return "light"
         if lane and (self._network.lanes[lane].internal or self._left_m(lane, front_m) <= _AT_JUNCTION_M):
             return "right of way"
         return "no reason known"
@@ -259,7 +287,80 @@ class RoadWaits:
         """Return the sets of vehicles whose bodies keep a vehicle from going on, on each lane it can take."""
         if self._network.lanes[lane].internal:
             return self._ahead(vehicle, lane, front_m)
-        return _of_all([*self._on_each_lane(vehicle, lane, front_m)])
+        sets = [some for some in _of_all([*self._on_each_lane(vehicle, lane, front_m)]) if some]
+        return sets + [some for some in self._for_changes(vehicle, lane, front_m) if some not in sets]
+
+    def _for_changes(self, vehicle: str, lane: str, front_m: float) -> Iterator[list[str]]:
+        """Yield sets of vehicles for which a vehicle stands with space ahead, so that lanes can be changed.
+
+        SUMO's rules (LC2013). Who must change lanes and cannot follows the next vehicle on the other lane
+        (`informLeader`), except where its own lane leads on and that vehicle wants to come over
+        (`myDontBrake`). Others let such a vehicle in before them (`slowDownForBlocked`).
+        """
+        of, (_, gap_m) = self._network.lanes[lane], self._road.size(vehicle)
+        lanes = [one.id for one in self._network.edges[of.edge].lanes]
+        if len(lanes) == 1:
+            return
+        side, lets_in = self._road.lane_wish(vehicle)
+        if side and 0 <= of.index + side < len(lanes):
+            bodies = [one for one in self._bodies.get(lanes[of.index + side], ()) if one.vehicle != vehicle]
+            near = [one for one in bodies if one.front_m > front_m - _LEVEL_M]
+            near = near[: 2 if near and near[0].front_m < front_m + _LEVEL_M else 1]
+            if near and near[-1].rear_m - front_m - gap_m <= _FOLLOWS_M:
+                names = [one.vehicle for one in near]
+                leads_on = any(one.lanes[0] == lane and len(one.lanes) > 1 for one in self._leads(vehicle))
+                if not (leads_on and any(self._road.lane_wish(one)[0] == -side for one in names)):
+                    ahead = self._next_on((lane,), front_m)  # once this one drives, it may try to overtake
+                    yield sorted({*names, *ahead, *self._kept_by(vehicle, lane, front_m)})
+        if lets_in:
+            beside = (
+                (one.rear_m - front_m - gap_m, one)
+                for to in (-1, 1)
+                if 0 <= of.index + to < len(lanes)
+                for one in self._fronts.get(lanes[of.index + to], ())
+                if one.front_m > front_m and self._road.lane_wish(one.vehicle)[0] == -to
+            )
+            near_m, first = min(
+                ((by_m, one) for by_m, one in beside if by_m >= _LETS_IN_M), default=(inf, None)
+            )
+            if first is not None and near_m <= _TOUCHING_M:
+                there = self._lane[first.vehicle]
+                yield sorted({first.vehicle, *self._kept_by(first.vehicle, *there)})
+
+    def _leads(self, vehicle: str) -> Sequence[LeadsOn]:
+        return self._road.lanes_for(vehicle) or ()
+
+    def _kept_by(self, vehicle: str, lane: str, front_m: float) -> list[str]:
+        """Return vehicles on its best lanes without which a driver who stands need not change lanes yet.
+
+        SUMO's rule (LC2013, `currentDistDisallows`): the way on its own lane, less the lengths of all on the
+        best lanes, is below two of its own lengths for each lane to change.
+        """
+        known = {one.lanes[0]: one for one in self._leads(vehicle)}
+        here, of = known.get(lane), self._network.lanes[lane]
+        if here is None:
+            return []
+        needs_m = here.far_m - front_m - 2.0 * sum(self._road.size(vehicle)) * abs(here.to_best)
+        best = known.get(self._network.edges[of.edge].lanes[of.index + here.to_best].id, here)
+        if needs_m <= 0.0:
+            return []
+        jam = self._filling(vehicle, best.lanes, needs_m)
+        everybody = (one.vehicle for lane in best.lanes for one in self._fronts.get(lane, ()))
+        return [one for one in everybody if one != vehicle] if jam is None else jam
+
+    def _filling(self, vehicle: str, lanes: Sequence[str], needs_m: float) -> list[str] | None:
+        """Return so many of the other vehicles on lanes that they fill a length [m]; None if all do not.
+
+        It is empty if those that stand do, and jams are supposed to last.
+        """
+        jam = [one.vehicle for lane in lanes for one in self._fronts.get(lane, ()) if one.vehicle != vehicle]
+        found: list[str] = []
+        for one in sorted(jam, key=lambda one: one not in self._lasting):
+            found.append(one)
+            needs_m -= sum(self._road.size(one))
+            if needs_m <= 0.0:
+                return [] if self._jams_last and self._lasting >= set(found) else found
+        return None
 
     def _on_each_lane(self, vehicle: str, lane: str, front_m: float) -> Iterator[list[list[str]]]:
         """Yield for each lane that a vehicle may take the sets of vehicles that keep it from going on there.
@@ -299,36 +400,32 @@ class RoadWaits:
             ):  # it does not stand at the end of its way, but so that others can change lanes
                 sets = [[*beside, *self._next_on((lane, other), front_m)]]
             leads = wanted.get(other)
-            jam = self._jam(vehicle, lane, front_m, leads) if leads and leads.to_best else []
-            if jam is not None and (leads or beside):
-                yield [jam, *sets] if jam else sets  # without any it can move sideways, and make space
+            if leads or beside:
+                jam = self._jam(vehicle, lane, front_m, leads) if leads else None
+                yield sets if jam is None else [jam, *sets]  # without any it moves sideways, and makes space
             if beside:
                 return
 
     def _jam(self, vehicle: str, lane: str, front_m: float, other: LeadsOn) -> list[str] | None:
-        """Return vehicles whose jam keeps a driver from a lane that is not the best; None if it is too short.
+        """Return vehicles whose jam keeps a driver from a lane away from the best, if there is such a jam.
 
-        SUMO's rule (LC2013, `currentDistDisallows`) for a driver who stands: the lane has to lead on for two
-        lengths more than the jam on the best lanes.
+        SUMO's rule (LC2013, `currentDistDisallows`) for a driver who stands: the way on the other lane has to
+        be longer than the jam on either lane by two lengths, and by two more for each lane to change until it
+        is on the best again. It is empty if the way is too short without a jam.
         """
-        needs_m = other.far_m - front_m - 2.0 * sum(self._road.size(vehicle))
-        if needs_m <= 0.0:
+        known = self._road.lanes_for(vehicle) or ()
+        here = next((one for one in known if one.lanes[0] == lane), LeadsOn((lane,), 0.0, 0))
+        index = self._network.lanes[lane].index
+        if not other.to_best or here.to_best * (self._network.lanes[other.lanes[0]].index - index) > 0:
             return None
-        best = next(
-            (one.lanes for one in self._road.lanes_for(vehicle) or () if one.lanes[0] == lane), (lane,)
-        )
-        here = self._fronts.get(lane, [])
-        standing = [one for one in here if one.front_m > front_m]
-        standing += [one for one in reversed(here) if one.front_m < front_m]
-        standing += [one for further in best[1:] for one in self._fronts.get(further, ())]
-        standing.sort(key=lambda one: one.vehicle not in self._standing)  # of all sets the one that lasts
-        jam: list[str] = []
-        for one in standing:
-            jam.append(one.vehicle)
-            needs_m -= sum(self._road.size(one.vehicle))
-            if needs_m <= 0.0:
-                return jam
-        return []
+        own_m = sum(self._road.size(vehicle))
+        needs_m = other.far_m - front_m - 2.0 * own_m * (abs(here.to_best) + 2)
+        if needs_m <= 0.0:
+            return []
+        jams = [self._filling(vehicle, here.lanes, needs_m - own_m)]
+        jams += [self._filling(vehicle, other.lanes, needs_m)]
+        found = [jam for jam in jams if jam is not None]
+        return min(found, key=lambda jam: not self._lasting >= set(jam), default=None)
 
     def _beside(
         self, vehicle: str, lane: str, front_m: float, behind_m: float = -0.1, ahead_m: float = -0.1
@@ -377,31 +474,32 @@ class RoadWaits:
         path = self._line(via if inside or len(via) == 1 else via[:-1])  # it can wait before the last lane
         if path is not None:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
-            # Who stands before the junction for lack of space beyond it only can drive in when there is some.
-            near = bool(found) and not inside
-            path = _part(path, begin_m, gap_m + _CREEP_M / 2 if near else path.length)
+            # A driver drives up to a body across its way, also into a junction.
+            path = _part(path, begin_m, begin_m + gap_m + _CREEP_M / 2)
             found += self._across(vehicle, way, path, over_m, inside=inside)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
-        """Return the vehicle that stands nearer than `needs_m` beyond a movement [m] for good."""
-        last, lacks_m = self._last_beyond(vehicle, way, needs_m)
-        if last is None:
-            return []
-        if lacks_m <= _CREEP_M and last.vehicle in self._creeping:
-            self._unsettled = True
-            return []
-        return [last.vehicle]
+        """Return the vehicles that stand nearer than `needs_m` beyond a movement [m] for good."""
+        found = []
+        for number, (one, lacks_m) in enumerate(self._beyond(vehicle, way, needs_m)):
+            if one.vehicle in self._creeping and lacks_m <= self._may_creep_m(one.vehicle, _CREEP_M):
+                self._unsettled |= not number
+            else:
+                found.append(one.vehicle)
+        return found
 
-    def _last_beyond(self, vehicle: str, way: Connection, needs_m: float) -> tuple[Occupant | None, float]:
-        """Return the next vehicle beyond a movement if it is nearer than `needs_m`, and what lacks [m]."""
+    def _beyond(self, vehicle: str, way: Connection, needs_m: float) -> Iterator[tuple[Occupant, float]]:
+        """Yield the vehicles beyond a movement that are nearer than `needs_m`, and what lacks by each [m].
+
+        The nearest comes first.
+        """
         _, after = self._road.edges_around(vehicle)
         lanes, edges = [way.to_id], list(after or ())[1:]
         for lane in lanes:
-            bodies = [one for one in self._bodies.get(lane, ()) if one.vehicle != vehicle]
-            if bodies:
-                last = min(bodies, key=lambda one: one.rear_m)
-                return (last, needs_m - last.rear_m) if last.rear_m < needs_m else (None, 0.0)
+            bodies = (one for one in self._bodies.get(lane, ()) if one.vehicle != vehicle)
+            near = [(one, needs_m - one.rear_m) for one in bodies if one.rear_m < needs_m]
+            yield from sorted(near, key=lambda one: -one[1])
             needs_m -= self._network.lanes[lane].length_m
             if needs_m <= 0.0:
                 break
@@ -411,7 +509,22 @@ class RoadWaits:
                 if len(ways) == 1:
                     lanes += [*ways[0].via, ways[0].to_id]
                     edges = edges[1:]
-        return None, 0.0
+
+    def _may_creep_m(self, vehicle: str, most_m: float) -> float:
+        """Return how far a vehicle can creep on until those before it have closed up [m], or `most_m`."""
+        on_m = 0.0
+        while on_m < most_m:
+            lane, front_m = self._lane[vehicle]
+            ahead = next((one for one in self._bodies[lane] if one.front_m > front_m), None)
+            if ahead is None:
+                return (
+                    most_m
+                    if self._network.lanes[lane].internal
+                    else min(most_m, on_m + self._left_m(lane, front_m))
+                )
+            on_m += max(0.0, ahead.rear_m - front_m - self._road.size(vehicle)[1])
+            vehicle = ahead.vehicle
+        return most_m
 
     def _left_over(self, way: Connection, lane: str, one: Occupant) -> float:
         """Return how far it is from a vehicle inside a junction to the end of a movement [m]."""
@@ -435,8 +548,9 @@ class RoadWaits:
                         continue  # it comes after
                     if self._distance_m(one, lane, path) >= apart_m:
                         continue
-                    ahead = Occupant(one.vehicle, one.front_m + _CLEARS_M, one.rear_m + _CLEARS_M)
-                    if one.vehicle in self._creeping and self._distance_m(ahead, lane, path) >= apart_m:
+                    on_m = self._may_creep_m(one.vehicle, _CLEARS_M) if one.vehicle in self._creeping else 0.0
+                    ahead = Occupant(one.vehicle, one.front_m + on_m, one.rear_m + on_m)
+                    if on_m and self._distance_m(ahead, lane, path) >= apart_m:
                         self._unsettled = True
                     else:
                         found.append(one.vehicle)
@@ -507,8 +621,8 @@ class RoadWaits:
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
         for way in self._ways(vehicle, lane):
-            last, _ = self._last_beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
-            found.update([last.vehicle] if last else ())
+            beyond = self._beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
+            found.update(one.vehicle for one, _ in islice(beyond, 1))
         return found
 
     def _on_edge(self, vehicle: str, lane: Lane, front_m: float) -> Iterator[str]:
@@ -552,6 +666,7 @@ class SimulatedRoad:
         self._sizes: dict[str, tuple[float, float]] = {}
         self._routes: dict[str, tuple[str, list[str]]] = {}
         self._leads: dict[str, Sequence[LeadsOn]] = {}
+        self._wishes: dict[str, tuple[int, bool]] = {}
         """What has been read since all vehicles were read last."""
 
     def on_lanes(self) -> Iterator[tuple[str, str, float]]:
@@ -560,7 +675,7 @@ class SimulatedRoad:
         sizes = {
             vehicle: self._sizes.get(vehicle) or self._traffic.size(vehicle) for vehicle in here.vehicles
         }
-        self._sizes, self._routes, self._leads = sizes, {}, {}
+        self._sizes, self._routes, self._leads, self._wishes = sizes, {}, {}, {}
         still = (here.speeds_mps < STANDING_MPS).tolist()
         for vehicle, lane, front_m, stands in zip(
             here.vehicles, here.lanes, here.positions_m.tolist(), still, strict=True
@@ -589,6 +704,12 @@ class SimulatedRoad:
                 lanes = [one for one in best if one.lanes[0] == here] or best
             self._leads[vehicle] = lanes
         return self._leads[vehicle]
+
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:
+        """Return to which side a vehicle must change lanes and cannot, and whether it lets another do so."""
+        if vehicle not in self._wishes:
+            self._wishes[vehicle] = self._traffic.lane_wish(vehicle)
+        return self._wishes[vehicle]
 
     def faces_red(self, vehicle: str) -> bool:
         """Return whether the next light is red for a vehicle."""

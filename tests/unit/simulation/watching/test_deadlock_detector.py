@@ -32,6 +32,7 @@ class Standing:
         self.ways: dict[str, list[list[str]]] = {}
         self.standing: Collection[str] = ()
         self.restless: AbstractSet[str] = frozenset()
+        self.lasting: AbstractSet[str] | None = None
 
     def vehicles(self) -> Sequence[str]:
         return list(self.waits)
@@ -47,6 +48,9 @@ class Standing:
 
     def look(self, standing: Collection[str], restless: AbstractSet[str]) -> None:
         self.standing, self.restless = standing, restless
+
+    def suppose(self, lasting: AbstractSet[str] | None) -> None:
+        self.lasting = lasting
 
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
         del stood_s
@@ -114,6 +118,15 @@ def test_who_is_at_a_stop_of_its_own_goes_on() -> None:
     watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
     found = named(watch, traffic, at_s=500.0, change=traffic.pausing.clear, until_s=900.0)
     assert [deadlock.noticed_at_s for deadlock in found] == [550.0]
+
+
+def test_jams_are_of_those_that_may_stand_for_good() -> None:
+    """Not of whoever stands just now."""
+    traffic = Standing({"a": ["b"], "b": ["a"], "x": ["y"], "y": []})
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    for traffic.now_s in range(0, 100, 10):
+        watch.check()
+    assert traffic.lasting == {"a", "b"}
 
 
 def test_who_creeps_stands() -> None:

@@ -28,6 +28,7 @@ class Scene:
     edges: Mapping[str, tuple[str, list[str] | None]] = field(default_factory=dict)
     lanes: Sequence[LeadsOn] | None = None
     red: bool = False
+    wishes: Mapping[str, tuple[int, bool]] = field(default_factory=dict)
 
     def on_lanes(self) -> Iterable[tuple[str, str, float]]:
         return [(vehicle, *there) for vehicle, there in self.at.items()]
@@ -41,6 +42,9 @@ class Scene:
 
     def lanes_for(self, vehicle: str) -> Sequence[LeadsOn] | None:
         return self.lanes if vehicle == "a" else None
+
+    def lane_wish(self, vehicle: str) -> tuple[int, bool]:
+        return self.wishes.get(vehicle, (0, False))
 
     def faces_red(self, vehicle: str) -> bool:
         del vehicle
@@ -74,7 +78,7 @@ HEAD = ("B2C2_0", END_M - 1.0)
         ({"b": ("C2D2_0", 6.0)}, [["b"]]),  # no room for it behind b
         ({"b": ("C2D2_0", 20.0)}, []),
         ({"b": (WAY.via[0], 8.0)}, [["b"]]),
-        ({"b": ("C2C1_0", 0.3)}, [["b"]]),  # past it, but for its rear
+        ({"b": ("C2C1_0", 0.3)}, []),  # all but past it: a drives up to it, into the junction
         ({"b": ("C2C1_0", 0.3), "c": ("C2D2_0", 6.0)}, [["c"]]),  # with room beyond, a drives up to b
         ({"b": ("C2C1_0", 12.0)}, []),
         ({"b": ("D2C2_0", END_M - 1.0)}, []),  # before the junction it is in nobody's way
@@ -96,7 +100,25 @@ def test_a_crossing_is_free_once_a_rear_is_off_the_lane(past_m: float, sets: lis
     crossing = theirs.intersection(mine)
     assert isinstance(crossing, Point)
     front_m = theirs.project(crossing) + past_m + 5.0 - theirs.length
-    assert Scene({"a": HEAD, "b": ("C2C1_0", front_m)}, {"b": ("C3C2", ["C1B1"])}).sets() == sets
+    at = {"a": (WAY.via[0], mine.project(crossing) - 3.0), "b": ("C2C1_0", front_m)}
+    assert Scene(at, {"b": ("C3C2", ["C1B1"])}).sets(restless=["a"]) == sets
+
+
+@pytest.mark.parametrize(("missing", "sets"), [(None, [["b"]]), (5, [])])
+def test_who_creeps_comes_past_if_there_is_space_in_the_line_before_it(
+    missing: int | None, sets: list[list[str]]
+) -> None:
+    """A vehicle crept on 30 cm in seven minutes, a millimetre a second, and then another passed behind it."""
+    (across,) = NETWORK.between("C3C2", "C2C1")
+    line = {f"c{k}": ("C2C1_0", END_M - 7.5 * k) for k in range(12) if k != missing}
+    rear_m = min(at_m for _, at_m in line.values()) - 7.5
+    at = {
+        "a": (WAY.via[0], 1.0),
+        "b": (across.via[0], NETWORK.lanes[across.via[0]].length_m + rear_m),
+        **line,
+    }
+    scene = Scene(at, dict.fromkeys(["b", *line], ("C3C2", ["C2C1", "C1B1"])))
+    assert scene.sets(restless=["b"])[:1] == sets
 
 
 @pytest.mark.parametrize("after", [["C2D2"], ["C2D2", "D2E2"]])
@@ -181,12 +203,54 @@ def test_who_stands_beside_another_with_space_ahead_waits_for_those_ahead_too(
 
 
 def test_of_a_jam_those_count_that_stand() -> None:
-    """A lane that leads on 210 m is no better than a jam of 185 m: 25 vehicles, whichever."""
+    """A lane that leads on 210 m is no better than a jam of 170 m: 22 vehicles and itself, whichever."""
     scene = Scene({"a": ("e_0", 10.0), **{f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(35)}})
     scene.lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
     standing = [f"n{k:02}" for k in range(5, 35)]
     (jam, *_) = scene.sets(0.0, network=_two_lanes(300.0), standing=standing)
-    assert jam == ["n00", *standing[:25]]
+    assert jam == ["n00", *standing[:22]]
+
+
+def test_a_jam_lasts_by_those_that_may_stand_for_good() -> None:
+    """First whichever, then those of them that are left."""
+    line = {f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(35)}
+    lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
+    waits = RoadWaits(_two_lanes(300.0), Scene({"a": ("e_0", 10.0), **line}, lanes=lanes))
+    waits.look(sorted(line))
+    waits.suppose(None)
+    assert waits.of("a", 0.0)[0] == ["n00"]
+    waits.suppose({f"n{k:02}" for k in range(10, 35)})
+    assert waits.of("a", 0.0)[0] == ["n00", *(f"n{k:02}" for k in range(10, 32))]
+
+
+AHEAD = {"b": ("e_1", 57.5), "c": ("e_0", 80.0)}
+TO_LEFT = [LeadsOn(("e_0",), 100.0, 1), LeadsOn(("e_1", "f_0"), 900.0, 0)]
+ON_BOTH = [LeadsOn(("e_0", "f_1"), 100.0, 1), TO_LEFT[1]]
+
+
+@pytest.mark.parametrize(
+    ("lanes", "wishes", "b_m", "sets"),
+    [
+        (TO_LEFT, {}, 57.5, []),
+        (TO_LEFT, {"a": (1, False)}, 57.5, [["b", "c"]]),
+        (TO_LEFT, {"a": (1, False)}, 60.0, []),  # with more space it drives up to it
+        (TO_LEFT, {"a": (1, False), "b": (-1, False)}, 57.5, [["b", "c"]]),
+        (ON_BOTH, {"a": (1, False), "b": (-1, False)}, 57.5, []),  # it does not mind: its lane leads on
+        (TO_LEFT, {"a": (0, True), "b": (-1, False)}, 57.6, [["b"]]),  # it lets b in
+        (TO_LEFT, {"a": (0, True), "b": (-1, False)}, 57.5, []),  # which is too near for that
+        (TO_LEFT, {"a": (0, True)}, 57.6, []),
+    ],
+)
+def test_who_must_change_lanes_stands_with_space_ahead_and_so_does_who_lets_it_in(
+    lanes: list[LeadsOn], wishes: dict[str, tuple[int, bool]], b_m: float, sets: list[list[str]]
+) -> None:
+    """As SUMO's drivers do. Once c drives, which is next on its lane, a may try to overtake b."""
+    scene = Scene({"a": ("e_0", 50.0), **AHEAD, "b": ("e_1", b_m)}, lanes=lanes, wishes=wishes)
+    network = _two_lanes(100.0)
+    assert scene.sets(0.0, network=network, restless=["a"]) == sets
+    waits = RoadWaits(network, scene)
+    waits.look()
+    assert waits.cause("a") == ("lane change" if "a" in wishes else "no reason known")
 
 
 def test_a_light_that_is_red_ends() -> None:
