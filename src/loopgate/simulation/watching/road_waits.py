@@ -46,9 +46,9 @@ _BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
 """What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
 on a lane within the third [m]."""
 
-_LEVEL_M, _FOLLOWS_M, _LETS_IN_M = 0.05, 2.0, 0.09
+_LEVEL_M, _FOLLOWS_M, _LETS_IN_M = 0.05, 1.2, 0.09
 """Two vehicles are level whose fronts differ by less than the first. Who must change lanes follows the next
-vehicle on the other lane at most the second beyond the minimum gap behind it, and creeps on to half of that.
+vehicle on the other lane at most the second beyond the minimum gap behind it, and stops 1 m behind that.
 Who is nearer than the third behind another cannot let it in before itself any more [m]."""
 
 _MOST_SETS = 4
@@ -476,7 +476,8 @@ class RoadWaits:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
             # A driver drives up to a body across its way, also into a junction.
             path = _part(path, begin_m, begin_m + gap_m + _CREEP_M / 2)
-            found += self._across(vehicle, way, path, over_m, inside=inside)
+            left_m = over_m if inside else self._way_m(way) + self._left_m(lane, front_m)
+            found += self._across(vehicle, way, path, left_m, inside=inside)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
@@ -526,16 +527,28 @@ class RoadWaits:
             vehicle = ahead.vehicle
         return most_m
 
+    def _way_m(self, way: Connection, before: str = "") -> float:
+        """Return the length of a movement over its junction [m], or of its part before a lane."""
+        via = way.via[: way.via.index(before)] if before in way.via else way.via
+        return sum(self._network.lanes[lane].length_m for lane in via)
+
+    def _behind_m(self, way: Connection, lane: str, one: Occupant) -> float:
+        """Return how far the rear of a vehicle is along a movement [m]."""
+        return self._way_m(way, lane) + one.rear_m
+
     def _left_over(self, way: Connection, lane: str, one: Occupant) -> float:
         """Return how far it is from a vehicle inside a junction to the end of a movement [m]."""
-        via = way.via[way.via.index(lane) :]
-        return sum(self._network.lanes[other].length_m for other in via) - one.front_m
+        return self._way_m(way) - self._way_m(way, lane) - one.front_m
 
     def _across(
         self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
     ) -> list[str]:
-        """Return the vehicles whose bodies cross a path for good."""
+        """Return the vehicles whose bodies cross a path for good.
+
+        Who came from the same lane is followed as on a lane, until the ways are apart.
+        """
         found, half_m = [], self._network.lanes[way.via[0]].width_m / 2.0
+        follows_m = self._way_m(way) - left_m + self._road.size(vehicle)[1] + _CREEP_M / 2
         for other in self._at[way.junction]:
             merges = other is not way and way.to_id == other.to_id
             for lane in (*other.via, other.to_id):
@@ -547,6 +560,8 @@ class RoadWaits:
                     if merges and inside and not on_exit and self._left_over(other, lane, one) >= left_m:
                         continue  # it comes after
                     if self._distance_m(one, lane, path) >= apart_m:
+                        continue
+                    if way.from_id == other.from_id and self._behind_m(other, lane, one) > follows_m:
                         continue
                     on_m = self._may_creep_m(one.vehicle, _CLEARS_M) if one.vehicle in self._creeping else 0.0
                     ahead = Occupant(one.vehicle, one.front_m + on_m, one.rear_m + on_m)
