@@ -29,9 +29,9 @@ _SURELY_S = 20.0
 _TOUCHING_M = 3.0
 """A vehicle stands because of its leader if the gap is at most the minimum gap and this [m]."""
 
-_CREEP_M, _CLEARS_M, _ROUNDING_M = 3.0, 10.0, 0.005
-"""A driver may creep so far up to the leader, some millimetres a second, or so far over a junction; what is
-less than the last is no move [m]."""
+_CREEP_M, _CLEARS_M, _CLEARS_SLOWLY_M, _ROUNDING_M = 3.0, 10.0, 0.5, 0.005
+"""A driver may creep so far up to the leader, some millimetres a second; so far over a junction; and so far
+if it is so slow that only many looks show it. What is less than the last is no move [m]."""
 
 _ALL_BUT_M = 0.5
 """A rear with so little left on a lane inside a junction is in nobody's way [m]."""
@@ -180,7 +180,6 @@ class RoadWaits:
             bodies[lane].append(here)
             for behind, end_m in self._behind(vehicle, lane, length_m - front_m):
                 bodies[behind].append(Occupant(vehicle, end_m + front_m, end_m + front_m - length_m))
-        self._creeping |= restless
         for some in (*fronts.values(), *bodies.values()):
             some.sort(key=lambda one: one.front_m)
         self._fronts, self._bodies = dict(fronts), dict(bodies)
@@ -470,7 +469,11 @@ class RoadWaits:
         via = way.via[way.via.index(lane) :] if inside else way.via
         length_m, gap_m = self._road.size(vehicle)
         over_m = sum(self._network.lanes[one].length_m for one in via) - front_m if inside else 0.0
-        found = self._without_space(vehicle, way, gap_m + (_TOUCHING_M if inside else length_m) - over_m)
+        if inside:
+            beyond = self._beyond(vehicle, way, gap_m + _TOUCHING_M - over_m)
+            found = [one.vehicle for one, _ in islice(beyond, 1)]
+        else:
+            found = self._without_space(vehicle, way, gap_m + length_m)
         path = self._line(via if inside or len(via) == 1 else via[:-1])  # it can wait before the last lane
         if path is not None:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
@@ -481,7 +484,10 @@ class RoadWaits:
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
-        """Return the vehicles that stand nearer than `needs_m` beyond a movement [m] for good."""
+        """Return the vehicles that stand nearer than `needs_m` beyond a movement [m] for good.
+
+        A driver comes in once one that creeps has left the space.
+        """
         found = []
         for number, (one, lacks_m) in enumerate(self._beyond(vehicle, way, needs_m)):
             if one.vehicle in self._creeping and lacks_m <= self._may_creep_m(one.vehicle, _CREEP_M):
@@ -511,20 +517,30 @@ class RoadWaits:
                     lanes += [*ways[0].via, ways[0].to_id]
                     edges = edges[1:]
 
+    def _creeps_on_m(self, vehicle: str) -> float:
+        """Return how far a vehicle that stands may creep on over a junction [m]."""
+        if vehicle in self._creeping:
+            return self._may_creep_m(vehicle, _CLEARS_M)
+        return self._may_creep_m(vehicle, _CLEARS_SLOWLY_M) if vehicle in self._restless else 0.0
+
     def _may_creep_m(self, vehicle: str, most_m: float) -> float:
         """Return how far a vehicle can creep on until those before it have closed up [m], or `most_m`."""
         on_m = 0.0
         while on_m < most_m:
             lane, front_m = self._lane[vehicle]
-            ahead = next((one for one in self._bodies[lane] if one.front_m > front_m), None)
+            left_m, (_, gap_m) = self._left_m(lane, front_m), self._road.size(vehicle)
+            ahead = next(((one, one.rear_m) for one in self._bodies[lane] if one.front_m > front_m), None)
+            if ahead is None and not self._network.lanes[lane].internal:
+                return min(most_m, on_m + left_m)
             if ahead is None:
-                return (
-                    most_m
-                    if self._network.lanes[lane].internal
-                    else min(most_m, on_m + self._left_m(lane, front_m))
-                )
-            on_m += max(0.0, ahead.rear_m - front_m - self._road.size(vehicle)[1])
-            vehicle = ahead.vehicle
+                way = self._over[lane][0]
+                left_m += self._way_m(way) - self._way_m(way, lane) - self._network.lanes[lane].length_m
+                beyond = self._beyond(vehicle, way, most_m)
+                ahead = next(((one, front_m + left_m + most_m - by_m) for one, by_m in beyond), None)
+            if ahead is None:
+                return min(most_m, on_m + _CREEP_M / 2)
+            on_m += max(0.0, ahead[1] - front_m - gap_m)
+            vehicle = ahead[0].vehicle
         return most_m
 
     def _way_m(self, way: Connection, before: str = "") -> float:
@@ -563,7 +579,7 @@ class RoadWaits:
                         continue
                     if way.from_id == other.from_id and self._behind_m(other, lane, one) > follows_m:
                         continue
-                    on_m = self._may_creep_m(one.vehicle, _CLEARS_M) if one.vehicle in self._creeping else 0.0
+                    on_m = self._creeps_on_m(one.vehicle)
                     ahead = Occupant(one.vehicle, one.front_m + on_m, one.rear_m + on_m)
                     if on_m and self._distance_m(ahead, lane, path) >= apart_m:
                         self._unsettled = True

@@ -104,21 +104,24 @@ def test_a_crossing_is_free_once_a_rear_is_off_the_lane(past_m: float, sets: lis
     assert Scene(at, {"b": ("C3C2", ["C1B1"])}).sets(restless=["a"]) == sets
 
 
-@pytest.mark.parametrize(("missing", "sets"), [(None, [["b"]]), (5, [])])
+@pytest.mark.parametrize(
+    ("missing", "slowly", "sets"), [(None, False, [["b"]]), (5, False, []), (5, True, [["b"]])]
+)
 def test_who_creeps_comes_past_if_there_is_space_in_the_line_before_it(
-    missing: int | None, sets: list[list[str]]
+    missing: int | None, sets: list[list[str]], *, slowly: bool
 ) -> None:
     """A vehicle crept on 30 cm in seven minutes, a millimetre a second, and then another passed behind it."""
     (across,) = NETWORK.between("C3C2", "C2C1")
     line = {f"c{k}": ("C2C1_0", END_M - 7.5 * k) for k in range(12) if k != missing}
-    rear_m = min(at_m for _, at_m in line.values()) - 7.5
-    at = {
-        "a": (WAY.via[0], 1.0),
-        "b": (across.via[0], NETWORK.lanes[across.via[0]].length_m + rear_m),
-        **line,
-    }
-    scene = Scene(at, dict.fromkeys(["b", *line], ("C3C2", ["C2C1", "C1B1"])))
-    assert scene.sets(restless=["b"])[:1] == sets
+    rear_m, over = min(at_m for _, at_m in line.values()) - 7.5, NETWORK.lanes[across.via[0]]
+    at = {"a": (WAY.via[0], 1.0), "b": (over.id, over.length_m + rear_m), **line}
+    edges = dict.fromkeys(["b", *line], ("C3C2", ["C2C1", "C1B1"]))
+    scene = Scene(at, {**edges, "a": ("B2C2", ["C2D2", "D2E2"])})
+    waits = RoadWaits(NETWORK, scene)
+    waits.look()
+    scene.at = {**at, "b": (over.id, over.length_m + rear_m + (0.0 if slowly else 0.006))}
+    waits.look((), {"b"})
+    assert waits.of("a", 60.0)[:1] == sets
 
 
 @pytest.mark.parametrize("after", [["C2D2"], ["C2D2", "D2E2"]])
