@@ -205,7 +205,10 @@ class RoadWaits:
             return sets  # it stands in a queue
         if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle}
-            if around and not any(map(self._drifts, self._restless & {vehicle, *around})):
+            restless = self._restless & {vehicle, *around}
+            if self._is_leaving(lane, ways) and any(self._creeps_on_m(one) > _ROUNDING_M for one in restless):
+                return sets  # it yields to those inside, and one of them creeps out of its way
+            if around and not any(map(self._drifts, restless)):
                 sets += [sorted(around)] if sorted(around) not in sets else []
         return sets
 
