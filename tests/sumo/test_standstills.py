@@ -12,8 +12,14 @@ import sumo
 from made_networks import netgenerate
 
 from loopgate import Scenario, attach, read_fcd, run
+from loopgate.network import RoadNetwork
 from loopgate.results.figures import summary_rows
 from loopgate.simulation.fcd.frames import read_frames
+from loopgate.simulation.loop_run import standstill_text
+from loopgate.simulation.run import simulate
+from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
+from loopgate.traffic import libsumo_backend
+from loopgate.traffic.sumo import SumoTraffic
 
 pytestmark = pytest.mark.sumo
 
@@ -108,7 +114,12 @@ def test_who_stands_by_itself_is_named_with_those_behind_it(tmp_path: Path) -> N
             attached = gate.summary
     finally:
         libsumo.close()
-    made = run(Scenario(network=str(config), gate="open"), tmp_path / "run").summary
+    said: dict[float, str] = {}
+    made = simulate(
+        Scenario(network=str(config), gate="open"),
+        tmp_path / "run",
+        tick=lambda now_s, course: said.update({now_s: standstill_text(course)}),
+    )
     read = read_fcd(fcd, str(config), tmp_path / "read").summary
     for summary, why in ((made, "stop"), (attached, "stop"), (read, "no reason known")):
         (root,) = summary["roots"]
@@ -117,3 +128,49 @@ def test_who_stands_by_itself_is_named_with_those_behind_it(tmp_path: Path) -> N
         assert 10.0 <= root["since_s"] <= 50.0
         assert summary["deadlocks"] == []
     assert dict(summary_rows(made))["stands by itself"].startswith("van on A0A1_0 since ")
+    told_s, text = next((now_s, text) for now_s, text in said.items() if text)
+    assert 300.0 < told_s <= 420.0
+    assert re.fullmatch(r"van stands since \d+ s \(stop\), 5 behind it", text)
+
+
+def test_who_must_change_lanes_and_cannot_says_so(tmp_path: Path) -> None:
+    """Behind a van that turns left a queue stands on the left lane; one on the right lane wants into it."""
+    files = {
+        "n.nod.xml": "<nodes>"
+        + "".join(
+            f'<node id="{name}" x="{x}" y="{y}"/>'
+            for name, x, y in (("a", 0, 0), ("b", 100, 0), ("c", 200, 0), ("d", 100, 100))
+        )
+        + "</nodes>",
+        "n.edg.xml": '<edges><edge id="ab" from="a" to="b" numLanes="2"/><edge id="bc" from="b" to="c"/>'
+        '<edge id="bd" from="b" to="d"/></edges>',
+        "n.con.xml": '<connections><connection from="ab" to="bc" fromLane="0" toLane="0"/>'
+        '<connection from="ab" to="bd" fromLane="1" toLane="0"/></connections>',
+        "d.rou.xml": '<routes><route id="left" edges="ab bd"/>'
+        '<vehicle id="van" route="left" depart="0" departLane="1">'
+        '<stop lane="bd_0" endPos="10" duration="100000"/></vehicle>'
+        '<flow id="q" route="left" begin="1" number="12" period="4" departLane="1"/>'
+        '<vehicle id="late" route="left" depart="120" departLane="0" departPos="5"/></routes>',
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    binary = Path(sumo.SUMO_HOME) / "bin" / "netconvert"
+    words = ["-n", "n.nod.xml", "-e", "n.edg.xml", "-x", "n.con.xml", "-o", "n.net.xml"]
+    subprocess.run([binary, *words], check=True, capture_output=True, cwd=tmp_path)
+    words = ["-n", str(tmp_path / "n.net.xml"), "-r", str(tmp_path / "d.rou.xml"), "--no-step-log"]
+    libsumo.start(["sumo", *words, "--time-to-teleport", "-1"])
+    try:
+        traffic = SumoTraffic(libsumo, libsumo_backend.ERROR, reads=libsumo_backend.READS)
+        for _ in range(300):
+            libsumo.simulationStep()
+        assert traffic.lane("late")[0] == "ab_0"
+        assert traffic.speed("late") < 0.1
+        assert traffic.lane_wish("late") == (1, False)
+        assert traffic.lane_wish("van") == (0, False)
+        assert any(traffic.lane_wish(f"q.{number}") == (0, True) for number in range(12))
+        road = RoadWaits(RoadNetwork.open(tmp_path / "n.net.xml"), SimulatedRoad(traffic))
+        road.look()
+        assert road.cause("late") == "lane change"
+        assert all(any(one.startswith("q.") for one in some) for some in road.of("late", 0.0))
+    finally:
+        libsumo.close()

@@ -202,6 +202,7 @@ def run(
     refuse_too_many(scenario)
 
     from loopgate.cli.terminal import show_progress  # what follows takes seconds to load
+    from loopgate.simulation.loop_run import standstill_text
     from loopgate.simulation.run import simulate
 
     backend = "gui" if gui else "traci" if traci else "libsumo"
@@ -209,7 +210,9 @@ def run(
     with show_progress("simulated seconds", total=seconds) as report:
 
         def tick(now_s: float, course: RunCourse) -> None:
-            report(min(seconds, int(now_s - course.begin_s + scenario.warmup_s)))
+            done = min(seconds, int(now_s - course.begin_s + scenario.warmup_s))
+            told = standstill_text(course)
+            report(done, more=f"; {told}" if told else "")
 
         try:
             summary = simulate(scenario, out, tick=tick, backend=backend, overwrite=overwrite)

@@ -475,7 +475,7 @@ FIGURES: Final[tuple[Figure, ...]] = (
         "roots",
         "vehicles in no deadlock that stood at the end for 300 s or more while no vehicle kept them back, "
         "with others behind them: `vehicle`, its `lane`, `since_s`, `why` (`breakdown`, `stop`, `gate`, "
-        "`light`, `right of way` or `no reason known`), how many stand `behind`",
+        "`light`, `lane change`, `right of way` or `no reason known`), how many stand `behind`",
         _roots,
     ),
     Figure(

@@ -78,8 +78,24 @@ class RunCourse:
     total_s: float = 0.0
 
 
+_ROOTS_EVERY_S = 60.0
+"""So often, and with each deadlock, it is told who stands by itself with others behind it [s]."""
+
 Tick = Callable[[float, RunCourse], None]
 """Called every ten simulated seconds with the simulated time [s] and the course so far."""
+
+
+def standstill_text(course: RunCourse) -> str:
+    """Return which vehicles the others stand behind so far, in a few words; empty if there are none."""
+    if course.roots:
+        one = course.roots[0]
+        return f"{one.vehicle} stands since {one.since_s:.0f} s ({one.why}), {one.behind} behind it"
+    if course.deadlocks:
+        first = course.deadlocks[0]
+        size = len(first.vehicles)
+        behind = max((one.held_up for one in course.deadlocks), default=size) - size
+        return f"deadlock of {size} vehicles since {first.closed_at_s:.0f} s, {behind} behind it"
+    return ""
 
 
 class Steps(Protocol):
@@ -166,6 +182,7 @@ def run_to_end(
                 next_watch += FLOW_EVERY_S
                 tick(now, course)
                 deadlock = detector.check()
+                _note_roots(detector, course, deadlock, now)
                 if deadlock is not None:
                     note_deadlock(deadlock, course, recorder)
                     if scenario.on_deadlock == "stop":
@@ -180,6 +197,12 @@ def run_to_end(
     course.total_s = perf_counter() - began
     course.sumo_s = drive.sumo_s
     return course
+
+
+def _note_roots(detector: DeadlockDetector, course: RunCourse, found: Deadlock | None, now: float) -> None:
+    """Note who stands by itself with others behind it, once a minute and with each new deadlock."""
+    if now % _ROOTS_EVERY_S < FLOW_EVERY_S or (found is not None and not found.again):
+        course.roots = detector.roots()
 
 
 class CollisionLog:

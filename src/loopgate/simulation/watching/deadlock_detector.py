@@ -79,7 +79,8 @@ class Root:
     since_s
         When it was seen to move last [s].
     why
-        ``breakdown``, ``stop``, ``gate``, ``light``, ``right of way`` or ``no reason known``.
+        ``breakdown``, ``stop``, ``gate``, ``light``, ``lane change``, ``right of way`` or ``no reason
+        known``.
     behind
         Number of vehicles that cannot go on before it does.
     """
