@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -179,6 +179,9 @@ scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules a
 
 wheel: $(STAMP) ## build compiled wheels, try them in empty environments: each Python there is, newest and oldest dependencies
 	$(BIN)/python analysis/wheel.py
+
+sumo-versions: $(STAMP) ## attach the gate to installed SUMO from 1.20 to 1.28 through traci (downloads each)
+	$(BIN)/python analysis/sumo_versions.py
 
 lock: ## renew requirements.lock (needs uv)
 	uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-header --no-annotate --quiet -o requirements.lock

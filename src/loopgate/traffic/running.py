@@ -9,17 +9,20 @@ from loopgate.errors import SecondSimulationError, TrafficError
 from loopgate.network import VehicleType
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import open_xml
-from loopgate.traffic.sumo import SumoTraffic
+from loopgate.traffic.sumo import SumoTraffic, sumo_version
 
 _FILES = ("route-files", "additional-files")
 _MODEL = "carFollowModel"
+
+_OLDEST = (1, 20)
+"""The oldest SUMO that answers all that a gate asks."""
 
 
 class RunningSumo:
     """A running simulation that other code has started and steps.
 
     `api`: the module ``libsumo`` or ``traci``, or a connection of the latter. Raises `TrafficError` if no
-    simulation is running.
+    simulation is running, or the running SUMO is older than 1.20.
     """
 
     def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
@@ -32,6 +35,11 @@ class RunningSumo:
         except wrong as error:
             msg = f"{getattr(api, '__name__', api)}: no simulation is running; call its start() first"
             raise TrafficError(msg) from error
+        version = sumo_version(api)
+        if version < _OLDEST:
+            said, needed = (".".join(map(str, numbers)) for numbers in (version, _OLDEST))
+            msg = f"this is SUMO {said}; attach needs {needed} or newer"
+            raise TrafficError(msg)
 
     @property
     def connection(self) -> object:

@@ -1,5 +1,6 @@
 """Traffic in SUMO, through libsumo or traci: both offer the same calls."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from math import dist, inf
@@ -125,6 +126,17 @@ _NONE_S = -(2.0**30)
 
 _LEFT, _RIGHT = 1, -1  # SUMO's numbers for directions
 
+_INSERTS_FROM = (1, 28)
+"""Before this version of SUMO, `insertStop` lets a vehicle find another route to the end of its own."""
+
+
+def sumo_version(api: Any) -> tuple[int, ...]:  # noqa: ANN401  neither API has types
+    """Return the version of the running SUMO, as ``(1, 28, 0)``; empty if it says none.
+
+    `api`: the module ``libsumo`` or ``traci``, or a connection of the latter.
+    """
+    return tuple(map(int, re.findall(r"\d+", api.getVersion()[1])))
+
 
 class SumoStops:
     """The calls of `Traffic` about stops.
@@ -156,6 +168,7 @@ class SumoStops:
         """The vehicles with stops of their own."""
         self._disallowed: dict[str, Sequence[str]] = {}
         """The classes to which each lane was closed before `close_lanes`."""
+        self._inserts = sumo_version(api) >= _INSERTS_FROM
         self._lets_change: dict[tuple[str, str], bool] = {}
         self._classes: dict[str, str] = {}
         """The vehicle classes that other code cannot change."""
@@ -175,7 +188,7 @@ class SumoStops:
         stop = position_m, lane_index, _FOR_EVER_S
         alone = vehicle not in self._holds if self._is_ours(vehicle) else not self._stops_of(vehicle, 1)
         try:
-            if on_edge and alone and self._may_insert(edge, self._class_of(vehicle)):
+            if on_edge and alone and self._inserts and self._may_insert(edge, self._class_of(vehicle)):
                 self._insert_stop(vehicle, 0, edge, *stop)
             else:
                 self._set_stop(vehicle, edge, *stop)
