@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -67,6 +69,28 @@ def test_nothing_is_foreseen_of_who_is_slow_and_departs_later(tmp_path: Path) ->
     assembled = assemble(Scenario(network=GRID, routes=str(file), duration_s=300.0))
     assert [track.foreseen for track in (*assembled.tracks, *assembled.later_tracks)] == [False, False]
     assert len(assembled.later_tracks) == 1
+
+
+def test_on_a_loop_too_who_cannot_be_gated_is_ordinary(tmp_path: Path) -> None:
+    """Its type is one that no gate can drive: SUMO drives it round, and the others stay under the gate."""
+    file = tmp_path / "loops.rou.xml"
+    lap = "B3B4 B4C4 C4D4 D4D3 D3C3 C3B3"
+    named = {"a": ("car", 0), "b": ("wild", 0), "c": ("wild", 30)}
+    vehicles = "".join(
+        f'<vehicle id="{name}" type="{kind}" depart="{at}"><route edges="{lap}"/></vehicle>'
+        for name, (kind, at) in named.items()
+    )
+    kinds = '<vType id="car"/><vType id="wild" carFollowModel="W99"/>'
+    file.write_text(f"<routes>{kinds}{vehicles}</routes>")
+    fcd = tmp_path / "out"
+    summary = simulate(Scenario(network=GRID, routes=str(file), duration_s=400.0, outputs="fcd"), fcd)
+    assert (summary["vehicles"], summary["audit"], summary["collisions"]) == (1, "clean", 0)
+    (warning,) = summary["warnings"]
+    assert "2 vehicles in ordinary traffic" in warning
+    assert "vType wild: carFollowModel W99" in warning
+    told = gzip.decompress((fcd / "fcd.xml.gz").read_bytes()).decode()
+    for name in "bc":  # it drives more than a lap
+        assert len(re.findall(rf'id="{name}" [^>]*lane="B3B4_0"', told[len(told) // 2 :])) > 0
 
 
 @pytest.mark.parametrize("model", ["KraussOrig1", "Daniel1"])

@@ -28,7 +28,9 @@ from loopgate.errors import ScenarioError
 from loopgate.model import write_system
 from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleType
 from loopgate.network.coverage import Coverage, measure_coverage
+from loopgate.network.ungated import in_ordinary_traffic
 from loopgate.reading import counted, listed
+from loopgate.simulation.demand.apart import of_no_safe_type
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -81,7 +83,17 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     return seen.problem
 
 
+def _without_unsafe(roads: RoadNetwork, file: RoutesFile, step_s: float) -> RoutesFile:
+    """Return the file without the vehicles that `loopgate run` leaves to ordinary traffic for their type."""
+    whys = of_no_safe_type(roads, file.vehicles, step_s)
+    rest = tuple(v for v in file.vehicles if v.id not in whys)
+    if not rest:
+        return file  # the run is refused
+    return replace(file, vehicles=rest, left_out=(*file.left_out, *in_ordinary_traffic(file.file, whys)))
+
+
 def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
+    file = _without_unsafe(roads, file, wanted.step_s)
     names, loops, starts_m = file.robots()
     types = file.robot_types()
     if wanted.vehicle_length_m is not None:

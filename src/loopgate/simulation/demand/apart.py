@@ -285,15 +285,15 @@ class SortedOut:
     lines: tuple[str, ...] = ()
 
     def put_apart(self, whys: Mapping[str, str]) -> None:
-        """Turn each named vehicle that has not departed yet into ordinary traffic."""
+        """Turn each named vehicle into ordinary traffic."""
         self.apart |= whys
-        self.let_go({v.id: v for v in self.later if v.id in whys})
+        self.let_go({v.id: v for v in (*self.vehicles, *self.later) if v.id in whys})
 
     def let_go(self, those: Mapping[str, VehicleDemand]) -> None:
-        """Make vehicles that depart later ordinary traffic."""
+        """Make vehicles ordinary traffic."""
         self.ordinary += those.values()
-        self.later, self.everybody = (
-            [v for v in some if v.id not in those] for some in (self.later, self.everybody)
+        self.vehicles, self.later, self.everybody = (
+            [v for v in some if v.id not in those] for some in (self.vehicles, self.later, self.everybody)
         )
 
 
@@ -313,11 +313,13 @@ def sort_out(
     found = SortedOut(mine, ordinary, vehicles, later, moved, ungated)
     if scenario.gated:
         found.apart = {one.id: one.why for one in ungated.vehicles}
-        found.put_apart(of_no_safe_type(network, later, scenario.step_s))
+        own = scenario.abstraction == "queues" and not scenario.counts_vehicles
+        asked = [v for v in (*vehicles, *later) if own or not v.loop.closed]
+        found.put_apart(of_no_safe_type(network, asked, scenario.step_s))
         found.put_apart(led_off(_beside(scenario, file), found.later))
         found.anew = led_anew(scenario, found.later)
     if scenario.rule_for_starts == "even":
-        found.vehicles = evenly_round(network, vehicles)
+        found.vehicles = evenly_round(network, found.vehicles)
     if scenario.gated and any(not v.loop.closed for v in found.later):
         unfit, found.others = fit_in(network, [*found.vehicles, *found.later], found.anew)
         found.let_go({v.id: v for some in unfit.values() for v in some})
@@ -350,11 +352,10 @@ def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
 
 
 def of_no_safe_type(network: RoadNetwork, vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
-    """Return the trips whose type no gate can drive, with the reason, by name."""
-    once = [v for v in vehicles if not v.loop.closed]
-    limits = highest_limits(network, [(v.loop, v.type) for v in once])
+    """Return the vehicles whose type no gate can drive, with the reason, by name."""
+    limits = highest_limits(network, [(v.loop, v.type) for v in vehicles])
     whys = {kind: why_unsafe(kind, step_s, limit) for kind, limit in limits.items()}
-    return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in once if whys[v.type]}
+    return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in vehicles if whys[v.type]}
 
 
 def cannot_stop(
