@@ -97,6 +97,8 @@ class Guide:
     front is there; otherwise the vehicle may change lanes when its rear is there."""
     to_lane: int | None = None
     """The lane to change to, beside `lane`."""
+    stop_m: float = math.inf
+    """Position of the stop, after the ``end_m`` of the leg before [m]."""
 
 
 NOWHERE = LanePosition("", 0, 0.0)

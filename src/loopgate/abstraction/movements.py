@@ -215,6 +215,11 @@ def least_place_m(needed_m: float) -> float:
     return LEAST_CAPACITY * needed_m + CLEARANCE_M + HOLD_MARGIN_M
 
 
+def least_apart_m(needed_m: float) -> float:
+    """Return the length of the shortest edge with a place before a change stretch and one after [m]."""
+    return 2.0 * least_place_m(needed_m) + least_change_m(needed_m)
+
+
 def lay_stretches(
     network: RoadNetwork,
     users: Sequence[tuple[Loop, VehicleType]],
@@ -293,7 +298,7 @@ def _in_the_middle(edge: str, length_m: float, needed_m: float, free: FreePart) 
     place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
-    if free_m >= place_m + least_m + place_m:
+    if free_m >= least_apart_m(needed_m):
         stretch_m = min(least_m + _ROOMY_M, free_m - 2 * place_m)
         begin_m = free.begin_m + (free_m - stretch_m) / 2
         return Stretch(edge, begin_m, begin_m + stretch_m, *free)

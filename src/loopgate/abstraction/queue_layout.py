@@ -56,12 +56,15 @@ class LaneTarget:
     """Where the place, or the change stretch, ends on the lane [m]."""
     ahead_m: float
     """Distance from the place before to its beginning [m]."""
+    stops_m: float
+    """Distance from the place before to that end [m]."""
     to_lane: int | None = None
     """The lane to change to; None for a place."""
 
     def guide(self) -> Guide:
         """Return the stop that leads a vehicle to the target lane."""
-        return Guide(self.edge, self.lane, self.end_m - HOLD_MARGIN_M, self.ahead_m, self.to_lane)
+        position_m, stop_m = self.end_m - HOLD_MARGIN_M, self.stops_m - HOLD_MARGIN_M
+        return Guide(self.edge, self.lane, position_m, self.ahead_m, self.to_lane, stop_m)
 
 
 def find_guides(
@@ -95,7 +98,9 @@ def find_guides(
                 length_m = network.edges[c.to_edge].length_m
                 if length_m < _SHORTEST_M:
                     return c
-                guides.append(LaneTarget(c.to_edge, c.to_lane, length_m, turn.ahead_m).guide())
+                guides.append(
+                    LaneTarget(c.to_edge, c.to_lane, length_m, turn.ahead_m, turn.ahead_m + length_m).guide()
+                )
         if leads or item.to_lane is not None:
             guides.append(item.guide())
         turns = []
@@ -465,10 +470,13 @@ def _course(
         if piece.movement is not None:
             yield LaneTurn(piece.movement, ahead + piece.length_m)
         elif passage is not None and passage.changes:
-            yield LaneTarget(piece.edge, piece.lane, piece.at_m, ahead, passage.to_lane)
+            yield LaneTarget(
+                piece.edge, piece.lane, piece.at_m, ahead, ahead + piece.length_m, passage.to_lane
+            )
     # A vehicle that arrives stays on its last lane, so guides to that lane end where the lane begins.
-    on_lane_m = after.at_m if after.place and after.place.away else 0.0
-    yield LaneTarget(after.edge, after.lane, after.at_m, _ahead_m(loop, here, after) - on_lane_m)
+    ahead, away = _ahead_m(loop, here, after), after.place is not None and after.place.away
+    from_m, stops_m = (ahead - after.at_m, ahead) if away else (ahead, ahead + after.length_m)
+    yield LaneTarget(after.edge, after.lane, after.at_m, from_m, stops_m)
 
 
 class _Legs:

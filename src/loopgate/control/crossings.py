@@ -15,10 +15,10 @@ For the vehicle that must be past first, the rule assumes a weak start and slow 
 comes, it assumes the highest speed that limits and driver allow. The vehicle ahead in a place is assumed to
 stand.
 
-Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). The rule predicts nothing
-of a vehicle that changes lanes on its crossing, that follows another model than SUMO's cars, or that may have
-to wait on the junction: for an earlier grant in its way, or behind a vehicle that left the same lane in
-another direction.
+Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). A vehicle that is led to
+a lane is assumed to stop where it is led (`Vehicle.guide_m`): only there does it change lanes. The rule
+predicts nothing of a vehicle that follows another model than SUMO's cars, or that may have to wait on the
+junction: for an earlier grant in its way, or behind a vehicle that left the same lane in another direction.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
     """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
-    if other.steered or not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
+    if not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
         return IN_THE_WAY
     make = vehicle.make
     slow = other.make.surely(trip.over.speed)
@@ -118,7 +118,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
 def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe) -> bool:
     """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
-    if other.steered or not other.make.foreseen:
+    if not other.make.foreseen:
         return False
     inside_m = other.front_m - trip.line_m
     for lit in trip.leg.passes:
@@ -149,7 +149,7 @@ def _comes_later(
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
-    if vehicle.leg.guided or vehicle.steered or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
+    if vehicle.steered or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
         return False
     if not passes_lights(vehicle, now_s) or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
         return False
@@ -163,7 +163,8 @@ def _comes_later(
     rear_s = (make.length_m + _BEYOND_M) / make.surely(over.speed)
     if time_s(to_m, vehicle.speed, make.weak_accel, slow) + rear_s + _AHEAD_S > comes_s:
         return False
-    room_m = _room_ahead_m(vehicle) - make.length_m - _BEYOND_M
+    room_m = min(_room_ahead_m(vehicle), vehicle.line_m + vehicle.leg.guide_m - vehicle.front_m)
+    room_m -= make.length_m + _BEYOND_M
     return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
 
 
@@ -202,13 +203,17 @@ def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:
 
 
 def _room_m(vehicle: Vehicle, body: Body) -> float:
-    """Return how far a vehicle can go if the vehicle before it in a place of its own stands [m]."""
+    """Return how far a vehicle can go if the vehicle before it in a place of its own stands [m].
+
+    It can go no farther than the stop by which it is led to a lane.
+    """
     first: Body | None = None
     for one in body.place.bodies:
         if one is body:
             break
         first = one
-    return inf if first is None else _behind_m(vehicle, first, body.begin_m)
+    room_m = vehicle.guide_m - vehicle.front_m
+    return room_m if first is None else min(room_m, _behind_m(vehicle, first, body.begin_m))
 
 
 def _room_ahead_m(vehicle: Vehicle) -> float:

@@ -82,6 +82,7 @@ class PlaceLayout:
         ]
         for leg, drawn in zip(legs, way, strict=True):
             leg.guided, leg.slot_m = bool(drawn.guides), float(drawn.slot_m)
+            leg.guide_m = float(drawn.guides[0].stop_m) if drawn.guides else inf
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
         joined(legs, closed=not way[-1].away)
         if self._on_path is not None:

@@ -553,7 +553,8 @@ class Ledger(Holdings):
         self.grants += 1
         begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
         was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
-        vehicle.steered = vehicle.steered or before.guided
+        if before.guided and not vehicle.steered:
+            vehicle.steered, vehicle.guide_m = True, line_m + before.guide_m
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, "", self.gate.stage(vehicle)))
         self.gate.moved(vehicle)

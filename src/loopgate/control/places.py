@@ -205,11 +205,14 @@ class Leg:
     """A place on a path, from `begin_m` to `end_m` in arc length [m], and the crossing after it.
 
     `after`: the next leg; None where the path ends. `passes`: the movements between the two. `number`: index
-    on the path. `guided`: whether vehicles are steered between the two. `stretch`: where it lies on the road,
-    if there is ordinary traffic. `slot_m`: the length that a vehicle needs [m].
+    on the path. `guided`: whether vehicles are steered between the two; `guide_m`: how far after
+    `end_m` the first stop is by which they are [m]. `stretch`: where it lies on the road, if there is
+    ordinary traffic. `slot_m`: the length that a vehicle needs [m].
     """
 
-    __slots__ = ("after", "begin_m", "end_m", "guided", "number", "passes", "place", "slot_m", "stretch")
+    __slots__ = (
+        "after", "begin_m", "end_m", "guide_m", "guided", "number", "passes", "place", "slot_m", "stretch",
+    )  # fmt: skip
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
         self.place: Final = place
@@ -219,6 +222,7 @@ class Leg:
         self.after: Leg | None = None
         self.passes: list[Pass] = []
         self.guided = False
+        self.guide_m = inf
         self.stretch: RoadStretch | None = None
         self.slot_m = 0.0
 
@@ -411,20 +415,20 @@ class Vehicle:
     `noted_m`: arc length at which there is something to record next [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
-    `steered`: whether it is led to a lane, and makes no request. `stood_s`: how long it has stood, anywhere
-    [s]. `stop_m`: arc length at which it stops by
-    itself [m]. `parks`: whether it stands there beside its lane and holds its slot. `beside`: whether it
-    is parked; it then holds no slot, unless it will be on the road after the next step. `lot_m`: how far
-    ahead of its front it then returns to its lane [m]. `astray`: whether it was last seen beyond
-    its stop line.
+    `steered`: whether it is led to a lane, and makes no request. `guide_m`: arc length of the stop by which
+    it is led [m]; infinite if there is none, minus infinity while it is led back to the lane of its path.
+    `stood_s`: how long it has stood, anywhere [s]. `stop_m`: arc length at which it stops by itself [m].
+    `parks`: whether it stands there beside its lane and holds its slot. `beside`: whether it is parked; it
+    then holds no slot, unless it will be on the road after the next step. `lot_m`: how far ahead of its front
+    it then returns to its lane [m]. `astray`: whether it was last seen beyond its stop line.
     """
 
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "due_m",
-        "front_m", "granted", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s", "lot_m",
-        "make", "mover", "name", "near", "noted_m", "number", "parks", "reason", "refused_s", "request",
-        "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips", "watchers",
-        "withheld", "woken",
+        "front_m", "granted", "guide_m", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s",
+        "lot_m", "make", "mover", "name", "near", "noted_m", "number", "parks", "reason", "refused_s",
+        "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips",
+        "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -449,6 +453,7 @@ class Vehicle:
         self.woken = False
         self.near = False
         self.steered = False
+        self.guide_m = inf
         self.stop_m = inf
         self.lot_m = 0.0
         self.parks = self.beside = self.astray = False

@@ -113,7 +113,7 @@ class Steering(Part):
         if way.astray_s < inf:
             return
         way.astray_s = self._traffic.now_s
-        vehicle.steered = True
+        vehicle.steered, vehicle.guide_m = True, -inf
         self.strays += 1
         on = self._traffic.lane_index(vehicle.name)
         self._rows.append((way.astray_s, vehicle.name, Event.STRAY, f"{line.edge}_{on}", ""))
@@ -132,7 +132,7 @@ class Steering(Part):
                 self._drop(way)
             if not way.guides:
                 del self._ways[vehicle]
-                vehicle.steered = False
+                vehicle.steered, vehicle.guide_m = False, inf
                 done.append(vehicle)
         return done
 
@@ -197,6 +197,7 @@ class Steering(Part):
 
     def _set(self, way: _Guides) -> None:
         guide = way.guides[0]
+        way.vehicle.guide_m = way.from_m + guide.stop_m
         with suppress(TrafficError):  # too late to stop there; `_reached` still checks the lane
             self._traffic.hold(way.vehicle.name, guide.edge, guide.lane, guide.position_m)
 

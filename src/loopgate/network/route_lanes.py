@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import Final, NamedTuple
 
 from loopgate.errors import RouteError
 from loopgate.network.lanes import (
@@ -24,11 +24,27 @@ from loopgate.network.road import RoadNetwork
 LEAST_CHANGE_M = 10.0
 """The shortest edge on which a car can change lanes [m]: its length, its gap and some spare length."""
 
+
+class Shortest(NamedTuple):
+    """The shortest edges [m] on which a vehicle can change lanes, and on which others can also wait."""
+
+    change_m: float = LEAST_CHANGE_M
+    """`change_m`: on which a vehicle can change lanes."""
+    apart_m: float = 42.2
+    """`apart_m`: on which vehicles can also wait before the change and after it; by default cars."""
+
+
+_OF_CARS: Final = Shortest()
+
 _CHANGE = 0.4
 """Costs that choose lanes. For each lane change;"""
 
 _HURRY = 20.0
 """for each lane change per metre of the edge;"""
+
+_JOINED = 5.0
+"""for each lane change on an edge without space to wait before it and after it: the change then belongs to a
+crossing, and keeps it shut for long. That is worse than all that other vehicles on a lane cost;"""
 
 _WISH = 0.35
 """for arriving on another lane than the file wants, without changing lanes for it;"""
@@ -109,7 +125,7 @@ def make_route(
     vclass: str = "passenger",
     source: str = "",
     load: Load = _NOBODY,
-    change_m: float = LEAST_CHANGE_M,
+    shortest: Shortest = _OF_CARS,
     wishes: LaneWishes = _NO_WISHES,
 ) -> Loop:
     """Make an open route over edges, which vehicles drive once.
@@ -127,14 +143,14 @@ def make_route(
         As for `make_loop`; the last edge need not lead anywhere.
     load
         How many vehicles already use each lane, and go from it to which edge.
-    change_m
-        The shortest edge on which a vehicle can change lanes [m].
+    shortest
+        The shortest edges on which a vehicle can change lanes.
     wishes
         The lanes that the vehicle wants.
     """
     choices = RouteChoices(network)
     return choices.make(
-        name, edges, vclass=vclass, source=source, load=load, change_m=change_m, wishes=wishes
+        name, edges, vclass=vclass, source=source, load=load, shortest=shortest, wishes=wishes
     )
 
 
@@ -151,8 +167,8 @@ class RouteChoices:
         self._network = network
         self._layers: dict[tuple[tuple[str, ...], str], list[Layer]] = {}
         self._spans: dict[tuple[LaneStep, ...], tuple[LaneSpan, ...]] = {}
-        self._unasked: dict[tuple[tuple[str, ...], str, float], Loop] = {}
-        """Routes by edges, class and shortest change, for vehicles without wishes on empty lanes."""
+        self._unasked: dict[tuple[tuple[str, ...], str, Shortest], Loop] = {}
+        """Routes by edges, class and shortest edges, for vehicles without wishes on empty lanes."""
 
     def make(
         self,
@@ -162,15 +178,15 @@ class RouteChoices:
         vclass: str = "passenger",
         source: str = "",
         load: Load = _NOBODY,
-        change_m: float = LEAST_CHANGE_M,
+        shortest: Shortest = _OF_CARS,
         wishes: LaneWishes = _NO_WISHES,
     ) -> Loop:
         """Make a route with chosen lanes: see `make_route`."""
-        asked = tuple(edges), vclass, change_m
+        asked = tuple(edges), vclass, shortest
         unasked = not load.of and wishes == _NO_WISHES
         if unasked and asked in self._unasked:
             return replace(self._unasked[asked], id=name)
-        found = self._choose(name, edges, vclass, source, load, change_m, wishes)
+        found = self._choose(name, edges, vclass, source, load, shortest, wishes)
         if unasked:
             self._unasked[asked] = found
         return found
@@ -182,7 +198,7 @@ class RouteChoices:
         vclass: str,
         source: str,
         load: Load,
-        change_m: float,
+        shortest: Shortest,
         wishes: LaneWishes,
     ) -> Loop:
         network, what = self._network, f"{source}: route {name}" if source else f"route {name}"
@@ -196,12 +212,13 @@ class RouteChoices:
             layers[-1] = arriving_on(lanes, wishes.stop[edges[-1]], vclass) or layers[-1]
         most = max(1, load.most)
         for edge, layer in zip(edges, layers, strict=True):
-            short = network.edges[edge].length_m < change_m
+            length_m = network.edges[edge].length_m
+            short, joined = length_m < shortest.change_m, length_m < shortest.apart_m
             lane = wishes.stop.get(edge, -1)
             for enter, steps in layer.items():
                 weighed: list[tuple[Cost, LaneStep]] = []
                 for cost, step in steps:
-                    own = _once(network, cost, step, load.of, most, short=short)
+                    own = _once(network, cost, step, load.of, most, short=short, joined=joined)
                     if lane >= 0:
                         own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
                     if layer is layers[-1] and wishes.arrive not in (None, enter):
@@ -222,7 +239,14 @@ class RouteChoices:
 
 
 def _once(
-    network: RoadNetwork, cost: Cost, step: LaneStep, load: Mapping[str, int], most: int, *, short: bool
+    network: RoadNetwork,
+    cost: Cost,
+    step: LaneStep,
+    load: Mapping[str, int],
+    most: int,
+    *,
+    short: bool,
+    joined: bool,
 ) -> Cost:
     """Return the cost of passing an edge for a vehicle that drives once, the part to avoid most first."""
     onward, lanes = step.onward, network.edges[step.onward.from_edge].lanes
@@ -230,6 +254,6 @@ def _once(
     lane = lanes[onward.from_lane].id
     entered, left = load.get(lanes[step.enter].id, 0), load.get(lane, 0)
     elsewhere = left - load.get(f"{lane}>{onward.to_edge}", 0) if onward.to_edge else 0
-    worth = _CHANGE * changes + _HURRY * cost[1] + _ELSEWHERE * elsewhere / most
+    worth = (_CHANGE + _JOINED * joined) * changes + _HURRY * cost[1] + _ELSEWHERE * elsewhere / most
     worst = two_way + TWO_WAY_LANES * changes * short
     return TWO_WAY_LANES * worst, worth + _CROWD * ((entered + left) / (2 * most)) ** 4

@@ -144,7 +144,7 @@ def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -
     ]
     assert (before.begin_m, before.end_m, behind.begin_m, behind.end_m) == (0.0, 37.4, 62.5, 99.9)
     assert [crossing.id for crossing in before.crossings] == ["a:1>0"]
-    assert before.guides == (Guide("a", 1, 62.4, 0.1, to_lane=0),)
+    assert before.guides == (Guide("a", 1, 62.4, 0.1, to_lane=0, stop_m=25.0),)
     assert not behind.guides
     assert not other.guides
     assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [4, 4]
@@ -170,7 +170,7 @@ def test_on_a_short_edge_the_stretch_joins_the_crossings_beside_it(
     assert [[crossing.id for crossing in leg.crossings] for leg in legs] == crossings
     for leg, after in zip(legs, (*legs[1:], legs[0]), strict=True):
         for guide in leg.guides:
-            assert guide == Guide("a", 1, guide.position_m, guide.from_m, to_lane=0)
+            assert guide == Guide("a", 1, guide.position_m, guide.from_m, 0, guide.stop_m)
             lap = 160.0 + length_m
             assert guide.position_m == pytest.approx(
                 (after.begin_m - 0.1) % lap if "/2" in after.state else length_m - 0.1
@@ -207,7 +207,7 @@ def test_where_sumo_could_choose_a_lane_a_stop_leads_to_the_loops_own() -> None:
     """From b to either lane of a: the stop at the end of the lane is done with once the vehicle is on it."""
     fork = apart(roads({"a": (80.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "a_1>b_0", "b_0>a_0", "b_0>a_1"]))
     legs = make_queues(fork, [make_loop(fork, "l", ["a", "b"])]).itineraries[0].legs
-    assert [leg.guides for leg in legs] == [(), (Guide("a", 0, 79.9, 0.1),)]
+    assert [leg.guides for leg in legs] == [(), (Guide("a", 0, 79.9, 0.1, stop_m=80.0),)]
 
 
 def test_where_two_chains_of_lanes_lead_to_one_place_each_choice_has_its_stop() -> None:
@@ -215,7 +215,7 @@ def test_where_two_chains_of_lanes_lead_to_one_place_each_choice_has_its_stop() 
     edges = {"a": (80.0, 1), "s": (5.0, 2), "c": (80.0, 1)}
     network = apart(roads(edges, ["a_0>s_0", "a_0>s_1", "s_0>c_0", "s_1>c_0", "c_0>a_0"]))
     legs = make_queues(network, [make_loop(network, "l", ["a", "s", "c"])]).itineraries[0].legs
-    assert legs[0].guides == (Guide("s", 0, 4.9, 0.1),)
+    assert legs[0].guides == (Guide("s", 0, 4.9, 0.1, stop_m=5.0),)
     tight = apart(roads(edges | {"s": (0.2, 2)}, ["a_0>s_0", "a_0>s_1", "s_0>c_0", "s_1>c_0", "c_0>a_0"]))
     refusal = why_not(tight, make_loop(tight, "l", ["a", "s", "c"]))
     assert refusal is not None

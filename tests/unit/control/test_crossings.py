@@ -259,11 +259,15 @@ def test_nothing_is_foreseen_of_one_that_may_wait_inside_before_it_is_past(wait_
     assert Crossed("b", (20.0, 60.0), wait_m=wait_m).found() == found
 
 
-@pytest.mark.parametrize(("steered", "found"), [(False, BEFORE), (True, IN_THE_WAY)])
-def test_nothing_is_foreseen_of_one_that_changes_lanes_on_its_way(steered: bool, found: str) -> None:  # noqa: FBT001  a case
-    """It slows down for that, however fast it is now."""
+@pytest.mark.parametrize(
+    ("guide_m", "found"), [(inf, BEFORE), (80.0, BEFORE), (64.0, IN_THE_WAY), (-inf, IN_THE_WAY)]
+)
+def test_nothing_is_foreseen_of_one_beyond_the_stop_that_leads_it_to_a_lane(
+    guide_m: float, found: str
+) -> None:
+    """It is past with its front at 65.5 m; nothing is known of one that is led back to its lane."""
     scene = Crossed("b", (20.0, 60.0))
-    scene.b.steered = steered
+    scene.b.steered, scene.b.guide_m = True, guide_m
     assert scene.found() == found
 
 
@@ -320,7 +324,9 @@ def test_no_vehicle_goes_first_where_something_may_stop_or_slow_it() -> None:
     assert Crossed("b", (49.9, 50.0), foreseen=(False, False), **where).found() == IN_THE_WAY
     assert Crossed("b", (49.9, 50.0), lit="a", ahead_m=(60.0, 0.0), **where).found() == IN_THE_WAY
     guided = Crossed("b", (49.9, 50.0), **where)
-    guided.a.leg.guided = True
+    guided.a.leg.guided, guided.a.leg.guide_m = True, 40.0
+    assert guided.found() == LATER
+    guided.a.leg.guide_m = 14.0
     assert guided.found() == IN_THE_WAY
     steered = Crossed("b", (49.9, 50.0), **where)
     steered.a.steered = True

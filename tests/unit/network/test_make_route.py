@@ -11,7 +11,7 @@ from roads import roads
 from loopgate.errors import RouteError
 from loopgate.network import route_lanes
 from loopgate.network.lanes import Cost, Layer, find_costs
-from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 
@@ -55,8 +55,23 @@ def test_lanes_are_not_shared_with_many_who_go_elsewhere() -> None:
 def test_lanes_change_where_there_is_room() -> None:
     """The change is made on the long edge, though the short one would do for the number of changes."""
     net = roads({"a": (9, 2), "b": (90, 2), "c": (100, 1)}, ["a_0>b_0", "b_1>c_0"])
-    way = make_route(net, "w", ["a", "b", "c"], change_m=12.0)
+    way = make_route(net, "w", ["a", "b", "c"], shortest=Shortest(12.0))
     assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 0), (0, 1), (0, 0)]
+
+
+def test_lanes_change_where_others_can_wait_before_and_after() -> None:
+    """On a shorter edge a change shuts a crossing: better behind those who go elsewhere, changed before."""
+    net = roads(
+        {"a": (100, 2), "ring": (30, 2), "left": (100, 1), "c": (100, 1)},
+        ["a_0>ring_0", "a_1>ring_1", "a_0>left_0", "ring_0>c_0"],
+    )
+    load = Load({"a_0": 50, "a_0>left": 40, "a_0>ring": 10, "ring_0": 10, "ring_0>c": 10})
+    ways = [
+        make_route(net, "w", ["a", "ring", "c"], load=load, wishes=LaneWishes(1), shortest=shortest)
+        for shortest in (Shortest(10.0, 25.0), Shortest())
+    ]
+    changes = [[(span.lane_in, span.lane) for span in way.spans] for way in ways]
+    assert changes == [[(1, 1), (1, 0), (0, 0)], [(1, 0), (0, 0), (0, 0)]]
 
 
 def test_wishes_of_the_file() -> None:

@@ -11,12 +11,12 @@ from pathlib import Path
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction
-from loopgate.abstraction.movements import least_change_m, narrow_lanes, reach_m
+from loopgate.abstraction.movements import least_apart_m, least_change_m, narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import LoopRefusal, NobodyGatedError, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
-from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, make_route
 from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
@@ -95,7 +95,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
             edges,
             vclass=kind.vclass,
             load=load,
-            change_m=least_change_m(kind.needed_m),
+            shortest=_shortest(kind),
             wishes=LaneWishes(
                 _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
             ),
@@ -167,16 +167,21 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) ->
     known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
     found: list[VehicleDemand] = []
     for v in vehicles:
-        lane, change_m = v.loop.spans[0].lane, least_change_m(v.type.needed_m)
+        lane, shortest = v.loop.spans[0].lane, _shortest(v.type)
         for edges in ways[asked[v.id]]:
             if (edges, lane, v.type) in known:
                 continue
             known.add((edges, lane, v.type))
             with suppress(RouteError):  # no lanes lead there
                 name, wishes = f"other way{len(found)}", LaneWishes(depart=lane)
-                way = make_route(network, name, edges, vclass=v.type.vclass, change_m=change_m, wishes=wishes)
+                way = make_route(network, name, edges, vclass=v.type.vclass, shortest=shortest, wishes=wishes)
                 found.append(VehicleDemand("", way, v.type))
     return found
+
+
+def _shortest(kind: VehicleType) -> Shortest:
+    """Return the shortest edges on which vehicles of a type change lanes."""
+    return Shortest(least_change_m(kind.needed_m), least_apart_m(kind.needed_m))
 
 
 def _index(text: str | None) -> int | None:
