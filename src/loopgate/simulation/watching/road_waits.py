@@ -40,7 +40,8 @@ _AT_JUNCTION_M = 15.0
 """A vehicle nearer than this to the end of its lane may stand there because of the junction [m]."""
 
 _TURN_LANE_M = 200.0
-"""No driver changes to a lane that leads on for less than this, if it is not the best for the route [m]."""
+"""No driver changes to a lane that leads on for less than this, if it is not the best for the route and does
+not lead to where the road ends (LC2013, ``stayOnBest``) [m]."""
 
 _BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
 """What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
@@ -346,16 +347,21 @@ class RoadWaits:
         best = known.get(self._network.edges[of.edge].lanes[of.index + here.to_best].id, here)
         if needs_m <= 0.0:
             return []
-        jam = self._filling(vehicle, best.lanes, needs_m)
-        everybody = (one.vehicle for lane in best.lanes for one in self._fronts.get(lane, ()))
-        return [one for one in everybody if one != vehicle] if jam is None else jam
+        jam = self._filling(best.lanes, front_m, needs_m)
+        return self._ahead_on(best.lanes, front_m) if jam is None else jam
 
-    def _filling(self, vehicle: str, lanes: Sequence[str], needs_m: float) -> list[str] | None:
-        """Return so many of the other vehicles on lanes that they fill a length [m]; None if all do not.
+    def _ahead_on(self, lanes: Sequence[str], front_m: float) -> list[str]:
+        """Return the vehicles on some lanes, of the first lane those beyond a position only."""
+        first, *others = ([*self._fronts.get(lane, ())] for lane in lanes)
+        ahead = [one for one in first if one.front_m > front_m]
+        return [one.vehicle for some in (ahead, *others) for one in some]
 
-        It is empty if those that stand do, and jams are supposed to last.
+    def _filling(self, lanes: Sequence[str], front_m: float, needs_m: float) -> list[str] | None:
+        """Return so many of the vehicles ahead on lanes that they fill a length [m]; None if all do not.
+
+        It is empty if those that stand do, and jams are supposed to last. SUMO, too, counts those ahead only.
         """
-        jam = [one.vehicle for lane in lanes for one in self._fronts.get(lane, ()) if one.vehicle != vehicle]
+        jam = self._ahead_on(lanes, front_m)
         found: list[str] = []
         for one in sorted(jam, key=lambda one: one not in self._lasting):
             found.append(one)
@@ -373,7 +379,13 @@ class RoadWaits:
         if known is None:
             yield self._ahead(vehicle, lane, front_m)
             return
-        wanted = {one.lanes[0]: one for one in known if not one.to_best or one.far_m >= _TURN_LANE_M}
+        wanted = {
+            one.lanes[0]: one
+            for one in known
+            if not one.to_best
+            or one.far_m >= _TURN_LANE_M
+            or (one.lanes[0] != lane and not self._from.get(one.lanes[-1]))
+        }
         of, leader = self._network.lanes[lane], self._leader(vehicle, lane, front_m)
         if lane in wanted or self._ways(vehicle, lane) or leader:
             yield self._ahead(vehicle, lane, front_m)
@@ -424,8 +436,7 @@ class RoadWaits:
         needs_m = other.far_m - front_m - 2.0 * own_m * (abs(here.to_best) + 2)
         if needs_m <= 0.0:
             return []
-        jams = [self._filling(vehicle, here.lanes, needs_m - own_m)]
-        jams += [self._filling(vehicle, other.lanes, needs_m)]
+        jams = [self._filling(one.lanes, front_m, needs_m) for one in (here, other)]
         found = [jam for jam in jams if jam is not None]
         return min(found, key=lambda jam: not self._lasting >= set(jam), default=None)
 

@@ -206,12 +206,20 @@ def test_who_stands_beside_another_with_space_ahead_waits_for_those_ahead_too(
 
 
 def test_of_a_jam_those_count_that_stand() -> None:
-    """A lane that leads on 210 m is no better than a jam of 170 m: 22 vehicles and itself, whichever."""
+    """A lane that leads on 210 m is no better than a jam of 170 m: 23 vehicles ahead, whichever."""
     scene = Scene({"a": ("e_0", 10.0), **{f"n{k:02}": ("e_0", 17.5 + 7.5 * k) for k in range(35)}})
     scene.lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
     standing = [f"n{k:02}" for k in range(5, 35)]
     (jam, *_) = scene.sets(0.0, network=_two_lanes(300.0), standing=standing)
-    assert jam == ["n00", *standing[:22]]
+    assert jam == ["n00", *standing[:23]]
+
+
+def test_of_a_jam_those_ahead_count() -> None:
+    """Not the vehicles behind a driver, which SUMO does not count either."""
+    line = {f"n{k:02}": ("e_0", 150.0 - 7.5 * k) for k in range(20)}
+    scene = Scene({"a": ("e_0", 157.5), "z": ("e_0", 165.0), **line})
+    scene.lanes = [LeadsOn(("e_0",), 300.0, 0), LeadsOn(("e_1",), 210.0, -1)]
+    assert scene.sets(0.0, network=_two_lanes(300.0), restless=["a"]) == []
 
 
 def test_a_jam_lasts_by_those_that_may_stand_for_good() -> None:
@@ -223,7 +231,7 @@ def test_a_jam_lasts_by_those_that_may_stand_for_good() -> None:
     waits.suppose(None)
     assert waits.of("a", 0.0)[0] == ["n00"]
     waits.suppose({f"n{k:02}" for k in range(10, 35)})
-    assert waits.of("a", 0.0)[0] == ["n00", *(f"n{k:02}" for k in range(10, 32))]
+    assert waits.of("a", 0.0)[0] == ["n00", *(f"n{k:02}" for k in range(10, 33))]
 
 
 AHEAD = {"b": ("e_1", 57.5), "c": ("e_0", 80.0)}
