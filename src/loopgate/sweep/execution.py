@@ -17,6 +17,7 @@ import uuid
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -24,6 +25,7 @@ from typing import Any, BinaryIO, Self
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from pebble import ProcessExpired
 
 from loopgate.disk import DISK_FULL, disk_error
 from loopgate.errors import ResultsError, SweepError
@@ -35,7 +37,7 @@ from loopgate.results.row_schema import ROW_SCHEMA
 from loopgate.results.table_reading import read_rows
 from loopgate.sweep.description import Point, Sweep
 from loopgate.sweep.files import PackedFile, pack
-from loopgate.sweep.local import LocalExecutor, TimeLimitError, WorkerDiedError, WorkerStartError
+from loopgate.sweep.local import LocalExecutor, why_died, why_late
 from loopgate.sweep.task import (
     DEFAULT_RUNNER,
     MANIFEST,
@@ -354,9 +356,19 @@ def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
     """Return the run's result, or None if it should be tried again."""
     try:
         return future.result()
+    except BrokenProcessPool as error:
+        msg = (
+            "a worker process ended before it began; all rows so far are kept. A script that sweeps must do "
+            "so below: if __name__ == '__main__'"
+        )
+        raise SweepError(msg) from error
     except BrokenExecutor as error:
         msg = f"the executor broke down ({error}); all rows so far are kept, the same command goes on"
         raise SweepError(msg) from error
+    except ProcessExpired as error:  # an error of the system for Python, as the next two
+        return None if tries < _TRIES else Result(failed_row(task, why_died(error)))
+    except TimeoutError as error:
+        return Result(failed_row(task, why_late(error)))
     except OSError as error:
         if error.errno not in DISK_FULL:
             msg = f"a worker cannot be started ({error}); all rows so far are kept, the same command goes on"
@@ -366,15 +378,9 @@ def _result(future: Future[Result], task: Task, tries: int) -> Result | None:
             "run the same command again: it goes on where it stopped"
         )
         raise ResultsError(msg) from error
-    except WorkerDiedError as error:
-        return None if tries < _TRIES else Result(failed_row(task, str(error)))
-    except WorkerStartError as error:
-        raise SweepError(str(error)) from error
     except UnfitWorkerError as error:
         msg = f"{error}; all rows so far are kept, the same command goes on"
         raise SweepError(msg) from error
-    except TimeLimitError as error:
-        return Result(failed_row(task, str(error)))
     except CancelledError as error:
         msg = "the executor cancelled a run; all rows so far are kept, the same command goes on"
         raise SweepError(msg) from error
