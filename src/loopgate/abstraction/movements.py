@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
+from itertools import accumulate, combinations
 from typing import NamedTuple, cast
 
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.itinerary import CLEARANCE_M, Overlap, SizedOverlaps
+from loopgate.abstraction.itinerary import CLEARANCE_M, Overlap, Room, SizedOverlaps
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
@@ -107,6 +107,17 @@ class QueuePlace:
     def needed_m(self) -> float:
         """Length that the longest visitor takes in the queue [m]: its length and its gap."""
         return self.needs[0][0]
+
+    @property
+    def room(self) -> Room | None:
+        """The place as a room, with slots as long as most of its visitors need; None if all need the same."""
+        if self.away or len(self.needs) == 1:
+            return None
+        half = sum(count for _, count in self.needs) / 2
+        shorter = accumulate((count for _, count in reversed(self.needs)))
+        needs_m = (need_m for need_m, _ in reversed(self.needs))
+        slot_m = next(need_m for need_m, count in zip(needs_m, shorter, strict=True) if count >= half)
+        return Room(self.length_m - HOLD_MARGIN_M - CLEARANCE_M, slot_m)
 
     @property
     def capacity(self) -> int:

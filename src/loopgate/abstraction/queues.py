@@ -86,6 +86,7 @@ def make_queues(
         starts_m=tuple(fronts),
         later=tuple(layout.itineraries[loop.id] for loop, _ in later),
         room=room,
+        rooms={name: place.room for name, place in layout.places.items() if place.room is not None},
     )
 
 

@@ -526,7 +526,8 @@ class _Audit:
         for one, other, text in find_unmodelled(layout, drawn):
             self._add(0.0, "", one, "conflict", f"{one} and {other} {text}")
         stretches = lay_stretches(layout, conflicts_by_loop(layout, drawn))
-        self._exclusion = Exclusion(stretches.groups)
+        needed_m = np.array([body.needed_m for body in layout.vehicles.values()])
+        self._exclusion = Exclusion(stretches.groups, needed_m)
         self._groups = stretches.groups
         tables = {
             name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
@@ -667,7 +668,8 @@ class _Audit:
         if group.kind == "place":
             place = group.names[0]
             beside = [one for one in self._beside if one.place == place and one.at(clash.time_s)]
-            if clash.by - len(beside) <= group.room:
+            parked_m = sum(self._layout.vehicles[one.vehicle].needed_m for one in beside)
+            if clash.by - len(beside) <= group.room or clash.metres - parked_m <= group.metres:
                 return  # vehicles that are parked take no slot
             text = f"{place}: holds {group.room}, but {name} is number {clash.by:.0f} on it"
             self._add(clash.time_s, name, place, "room", text)

@@ -11,6 +11,7 @@ import pandas as pd
 from loopgate.arrays import Flags, Floats, Ints
 from loopgate.audit.stretches import StretchGroup
 
+_ROUNDING_M = 1e-3
 _MARGIN_STEP_S = 0.1
 _LONGEST_MARGIN_S = 60.0
 
@@ -45,7 +46,7 @@ class Clash:
     """A finding: `vehicle` came onto a stretch while `other` was on it, or came to a place that was full.
 
     ``by``: on a stretch, how many seconds too early the vehicle came; in a place, how many vehicles were
-    there.
+    there. `metres`: the length of these with their gaps [m].
     """
 
     time_s: float
@@ -53,6 +54,7 @@ class Clash:
     vehicle: int
     other: int
     by: float
+    metres: float = 0.0
 
 
 class Margins:
@@ -96,16 +98,18 @@ class Margins:
 class Exclusion:
     """Judge passages over shared stretches in the order of time.
 
-    A group is a place, with its number of slots; or a pair of movements that share a stretch. Of such a pair,
+    A group is a place, with its slots and metres, or a pair of movements that share a stretch. Of a pair,
     only one movement at a time may have bodies on the stretch, any number of them.
     """
 
-    def __init__(self, groups: Sequence[StretchGroup]) -> None:
-        self._groups = groups
+    def __init__(self, groups: Sequence[StretchGroup], needed_m: Floats) -> None:
+        self._groups, self._needed_m = groups, needed_m
         self._is_place = np.array([group.kind == "place" for group in groups], dtype=bool)
         self._is_drawn = np.array([group.kind == "drawn" for group in groups], dtype=bool)
         self._room = np.array([group.room for group in groups], dtype=np.int64)
+        self._metres = np.array([group.metres for group in groups], dtype=np.float64) + _ROUNDING_M
         self._inside = np.zeros(len(groups), dtype=np.int64)
+        self._inside_m = np.zeros(len(groups))
         self._left_s = np.full((2, len(groups)), -np.inf)  # by side: when the last rear left
         self._left_by = np.full((2, len(groups)), -1, dtype=np.int64)
         self._open = Passages.join([])
@@ -135,12 +139,16 @@ class Exclusion:
             return []
         order = np.lexsort((change, time, group))  # who leaves at the time another comes has left
         group, time, change, vehicle = group[order], time[order], change[order], vehicle[order]
+        change_m = change * self._needed_m[vehicle]
         count = pd.Series(change).groupby(group).cumsum().to_numpy() + self._inside[group]
+        metres = pd.Series(change_m).groupby(group).cumsum().to_numpy() + self._inside_m[group]
+        full = (count > self._room[group]) & (metres > self._metres[group])
         clashes = [
-            Clash(float(time[k]), int(group[k]), int(vehicle[k]), -1, float(count[k]))
-            for k in np.flatnonzero((change > 0) & (count > self._room[group]))
+            Clash(float(time[k]), int(group[k]), int(vehicle[k]), -1, float(count[k]), float(metres[k]))
+            for k in np.flatnonzero((change > 0) & full)
         ]
         np.add.at(self._inside, group, change)
+        np.add.at(self._inside_m, group, change_m)
         return clashes
 
     def _meetings(self, rows: Passages, fresh: Flags, out_s: Floats) -> list[Clash]:

@@ -120,6 +120,13 @@ class VehicleBody:
     start_m: float
     leg: int
     jointed: bool = False
+    gap_m: float = 0.0
+    """Its gap to the vehicle ahead when it stands [m]."""
+
+    @property
+    def needed_m(self) -> float:
+        """The length that it takes in a queue [m]."""
+        return self.length_m + self.gap_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +146,9 @@ class Layout:
     """Mean height of each lane [m]; empty if the network is flat."""
     unregulated: tuple[str, ...] = ()
     """Lanes that lead to a junction without right of way, inside which SUMO does not keep vehicles apart."""
+    metres: Mapping[str, float] = field(default_factory=dict)
+    """The length of the states that hold more than their capacity while the vehicles fit with their gaps [m].
+    """
 
 
 def write_layout(layout: Layout, file: Path) -> None:
@@ -199,6 +209,7 @@ def read_layout(file: Path) -> Layout:
             },
             heights={lane: _number(height) for lane, height in data["heights"].items()},
             unregulated=tuple(map(_text, data["unregulated"])),
+            metres={_text(state): _number(length_m) for state, length_m in data.get("metres", {}).items()},
         )
         _check(layout)
         return layout
@@ -286,6 +297,7 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
         start_m=_number(data["start_m"]),
         leg=of_kind(int, data["leg"], "a leg", ValueError),
         jointed=of_kind(bool, data["jointed"], "jointed", ValueError),
+        gap_m=_number(data.get("gap_m", 0.0)),
     )
 
 

@@ -25,6 +25,8 @@ class StretchGroup:
     """The state; or the two movements, of which only one may have bodies on the stretch."""
     room: int = 0
     """How many bodies a place holds; 0 for the other kinds."""
+    metres: float = 0.0
+    """A place also holds more bodies that fit into so many metres with their gaps."""
     zone: int = 0
     """Number of the zone of those in which two lanes meet, as drawn."""
     sizes: tuple[int, ...] = ()
@@ -95,7 +97,8 @@ def _places(layout: Layout, loop: LoopWay) -> Iterator[_Row]:
     for leg in loop.legs:
         room = layout.room.get(leg.state)
         if room is not None:
-            yield StretchGroup("place", (leg.state,), room), 0, leg.begin_m, leg.end_m, _ANY
+            group = StretchGroup("place", (leg.state,), room, layout.metres.get(leg.state, 0.0))
+            yield group, 0, leg.begin_m, leg.end_m, _ANY
 
 
 def _crossings(loop: LoopWay) -> Iterator[_Row]:

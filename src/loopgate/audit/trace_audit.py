@@ -1,5 +1,6 @@
 """Mutual exclusion, capacities, order and progress, re-checked from the events alone."""
 
+import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from loopgate.model import Robot, StateId, System
 from loopgate.results.columns import EVENT, PLACE, REASON, TAKEN_OUT, TIME, VEHICLE, Event
 
 _NONE: Mapping[str, int] = {}
+_NO_METRES: Mapping[str, float] = {}
+_ROUNDING_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,8 @@ def audit_events(
     starved_after_s: float | None = None,
     joined: Sequence[Robot] = (),
     room: Mapping[str, int] = _NONE,
+    metres: Mapping[str, float] = _NO_METRES,
+    needed_m: Mapping[str, float] = _NO_METRES,
 ) -> list[Finding]:
     """Check a finished run by its events: capacities, order, and a grant for every entry.
 
@@ -67,6 +72,9 @@ def audit_events(
         Robots that joined during the run, each in the state where its vehicle was.
     room
         Capacity of the states on the paths of `joined`, by name; all of these states are FIFO.
+    metres, needed_m
+        The length of states that hold more than their capacity while the vehicles fit [m]; and the length of
+        each vehicle with its gap [m].
 
     Returns
     -------
@@ -87,7 +95,9 @@ def audit_events(
     [('capacity', 'b', 2)]
     """
     pieces = [events] if isinstance(events, pd.DataFrame) else events
-    return _Books(system, joined, room).check(pieces, laps or {}, starved_after_s)
+    books = _Books(system, joined, room)
+    books.metres, books.needed_m = metres, needed_m
+    return books.check(pieces, laps or {}, starved_after_s)
 
 
 class _Books:
@@ -112,6 +122,7 @@ class _Books:
         self._open = {robot.id for robot in robots if not robot.closed}
         self._gone: set[str] = set()
         self._findings: list[Finding] = []
+        self.metres = self.needed_m = _NO_METRES
 
     def check(
         self, pieces: Iterable[pd.DataFrame], laps: Mapping[str, int], starved_after_s: float | None
@@ -260,9 +271,15 @@ class _Books:
         held.append(vehicle)
         if place in self._fifo and place in self._room:
             self._queue[place].append(vehicle)
-        if len(held) > self._room.get(place, len(held)):
+        if len(held) > self._room.get(place, len(held)) and not self._fit(place, held):
             text = f"{place}: holds {self._room[place]}, but {', '.join(held)} hold it at once"
             self._add(at_s, vehicle, place, "capacity", text)
+
+    def _fit(self, place: StateId, held: Sequence[str]) -> bool:
+        """Return whether more vehicles than the capacity fit into a place by their lengths."""
+        if place not in self.metres:
+            return False
+        return sum(self.needed_m.get(name, math.inf) for name in held) <= self.metres[place] + _ROUNDING_M
 
     def _progress(self, at_s: float, vehicle: str, starved_after_s: float) -> None:
         waited = at_s - self._last_grant.get(vehicle, at_s)

@@ -170,10 +170,10 @@ class DepartureRules:
         if now_s < self._tried_s.get(track.vehicle, now_s - again_s) + again_s:
             return False
         self._tried_s[track.vehicle] = now_s
-        if not driving.ledger.fits(leg) or not self._admits(track):
+        if not driving.ledger.fits(leg, one.type.needed_m) or not self._admits(track):
             return False
         driving.ledger.shut(leg.place)
-        if not driving.arrivals.let_in(track, one.insertion):
+        if not driving.arrivals.let_in(track, one.insertion, one.type.needed_m):
             return False
         self._outside[one.place, one.loop.closed].remove(one)
         self._ahead.pop(one.vehicle, None)

@@ -14,8 +14,8 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
-from loopgate.control.chain import closes_by_turning
 from loopgate.control.courtesy import Courtesy
+from loopgate.control.credits import may_turn
 from loopgate.control.diary import Diary, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
 from loopgate.control.layout import Drawings, PlaceLayout
@@ -24,7 +24,7 @@ from loopgate.control.lights import Lights
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.part import Part
-from loopgate.control.places import STANDING_MPS, Body, Leg, Make, Vehicle
+from loopgate.control.places import STANDING_MPS, Body, Leg, Make, Place, Vehicle
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
@@ -96,15 +96,18 @@ class Arrivals:
         self._traffic, self._ledger, self._paths = traffic, ledger, paths
         self.coming: list[Track] = []
         """The vehicles that shall depart in the next step, with their paths."""
+        self._kept: dict[str, dict[Place, float]] = {}
+        """The metres that are kept for each of these ahead of it [m]."""
         self.missed: list[Track] = []
         """The vehicles that found no space on the road in the last step, with their paths."""
         self.departed_s: dict[str, float] = {}
         """When each vehicle of `let_in` departed [s]."""
 
-    def let_in(self, track: Track, insertion: Insertion) -> bool:
+    def let_in(self, track: Track, insertion: Insertion, needed_m: float = 0.0) -> bool:
         """Let a vehicle depart in the next step; call it only if `is_clear` and `Ledger.fits` allow that.
 
-        Return False if SUMO cannot insert it so that it can brake for its stop line.
+        Return False if SUMO cannot insert it so that it can brake for its stop line. `needed_m`: its length
+        with its gap [m].
         """
         line = track.legs[track.position].line
         self._traffic.put_in(track.vehicle, insertion)
@@ -114,6 +117,7 @@ class Arrivals:
             self._traffic.take_out(track.vehicle)
             return False
         self.coming.append(track)
+        self._kept[track.vehicle] = self._ledger.reserve(self._paths.of(track)[track.position], needed_m)
         return True
 
     def come(self, welcome: Callable[[Sequence[Track]], None]) -> None:
@@ -121,14 +125,19 @@ class Arrivals:
         departed = set(self._traffic.departed()) if self.coming else set[str]()
         coming, self.coming, self.missed = self.coming, [], []
         for track in coming:
+            self._ledger.release(self._kept.pop(track.vehicle))
             # Two vehicles that come in one step could close a circle together.
-            if track.vehicle in departed and self._ledger.fits(self._paths.of(track)[track.position]):
+            if track.vehicle in departed and self._fits(track):
                 welcome([track])
                 self._ledger.vehicles[track.vehicle].held = True
                 self.departed_s[track.vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(track.vehicle)
                 self.missed.append(track)
+
+    def _fits(self, track: Track) -> bool:
+        like = self._traffic.dynamics(track.vehicle)
+        return self._ledger.fits(self._paths.of(track)[track.position], like.length_m + like.min_gap_m)
 
     def is_clear(self, track: Track, gap_m: float = _GAP_M) -> bool:
         """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
@@ -299,7 +308,7 @@ def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
     """
     if not vehicle.is_settled() or vehicle.steered or vehicle.mover:
         return False
-    return not closes_by_turning(vehicle, leg)
+    return may_turn(vehicle, leg)
 
 
 def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
@@ -313,6 +322,7 @@ def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: floa
     body, place = vehicle.bodies[0], leg.place
     out_m = vehicle.line_m + make.length_m
     vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
+    ledger.keep_ahead(vehicle)
     ledger.consider(vehicle)
     return by_m
 

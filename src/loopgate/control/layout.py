@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap, Room
 from loopgate.control.lamps import Signal
 from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
@@ -26,6 +26,8 @@ class PlaceLayout:
         The lights that are obeyed, by movement; none by default.
     on_path
         Called with each new path. With ordinary traffic it adds what vehicles on the path look out for.
+    rooms
+        The places whose slots depend on the lengths of the vehicles that come, by name.
     """
 
     def __init__(
@@ -34,8 +36,9 @@ class PlaceLayout:
         ways: Sequence[Drawings],
         signals: Mapping[str, Signal] = MappingProxyType({}),
         on_path: Callable[[list[Leg], Drawings], None] | None = None,
+        rooms: Mapping[str, Room] = MappingProxyType({}),
     ) -> None:
-        self._signals, self._on_path = signals, on_path
+        self._signals, self._on_path, self._rooms = signals, on_path, rooms
         self.is_lit = bool(signals)
         """Whether some movement has a light that is obeyed."""
         self.places: dict[str, Place] = {}
@@ -53,7 +56,11 @@ class PlaceLayout:
         `slots`, `ways`: all of them, as for a new layout. `laid`: the paths that vehicles drive on, each with
         its legs as they are drawn now.
         """
-        self.places |= {name: Place(name, room) for name, room in slots.items() if name not in self.places}
+        self.places |= {
+            name: Place(name, least, *self._rooms.get(name, ()))
+            for name, least in slots.items()
+            if name not in self.places
+        }
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
         junctions: dict[str, ConflictGroup] = {}

@@ -7,7 +7,8 @@ from heapq import heappop, heappush
 from math import inf
 from typing import Final
 
-from loopgate.control.chain import ChainGate, RoadGate, closes_by_entering
+from loopgate.control.chain import ChainGate, RoadGate
+from loopgate.control.credits import give_up, keep, left, may_enter, release, reserve
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import (
     POINT,
@@ -106,6 +107,7 @@ class Holdings:
         vehicle = Vehicle(self.made if number is None else number, name, path[position], make, lap_m)
         self.made = max(self.made, vehicle.number + 1)
         self.vehicles[name] = vehicle
+        keep(vehicle, self._slots_changed)
         self._go_in(vehicle, vehicle.laps_m + vehicle.leg.begin_m)
         return vehicle
 
@@ -122,13 +124,28 @@ class Holdings:
         for body in vehicle.bodies:
             self._take_out(body)
         vehicle.bodies = []
+        give_up(vehicle, self._slots_changed)
         self._gave_back = True
         self._wake_watchers(vehicle, inf)
 
-    def fits(self, leg: Leg) -> bool:
-        """Return whether a vehicle may join the line on a leg: open, with a slot, and no circle closes."""
-        place = leg.place
-        return not place.closed and not place.is_full() and not closes_by_entering(leg)
+    def fits(self, leg: Leg, needed_m: float = 0.0) -> bool:
+        """Return whether a vehicle may join the line on a leg: open, with a slot, and no circle closes.
+
+        `needed_m`: its length with its gap [m].
+        """
+        return not leg.place.closed and may_enter(leg, needed_m)
+
+    def reserve(self, leg: Leg, needed_m: float) -> dict[Place, float]:
+        """Keep the extra metres of a vehicle that is about to join on a leg, until `release`."""
+        return reserve(leg, needed_m, self._slots_changed)
+
+    def release(self, reserved: dict[Place, float]) -> None:
+        """Keep no longer what `reserve` has returned."""
+        release(reserved, self._slots_changed)
+
+    def keep_ahead(self, vehicle: Vehicle) -> None:
+        """Keep the extra metres of a vehicle that has changed to another path in the places of that path."""
+        keep(vehicle, self._slots_changed)
 
     def ask(self, vehicle: Vehicle) -> None:
         """Take a vehicle's request for its next place; the answer comes once the vehicle heads its line."""
@@ -205,11 +222,20 @@ class Holdings:
         """
         body.place.bodies.insert(at, body)
         body.vehicle.bodies.append(body)
-        if body.place.is_full():
-            for other in body.place.bodies:
+        self._filled(body.place)
+
+    def _filled(self, place: Place) -> None:
+        """Let vehicles that are leaving a full place give their slot back as soon as their rear is out."""
+        if place.is_full():
+            for other in place.bodies:
                 if len(other.vehicle.bodies) > 1:
                     other.vehicle.back_m = other.vehicle.gives_back_m()
-                    self._aim(other.vehicle)  # a slot here is wanted as soon as a rear is out
+                    self._aim(other.vehicle)
+
+    def _slots_changed(self, place: Place) -> None:
+        """Act on another number of slots."""
+        self._filled(place)
+        self._wake_waiting(place)
 
     def _must_ask(self, vehicle: Vehicle) -> None:
         first = vehicle.leg.place.line[0]
@@ -284,6 +310,8 @@ class Holdings:
         """Give back the slot of a body whose rear has left, and log it."""
         self.log.append((LEFT, body.vehicle, body.place, "", ""))
         self._give_back(body)
+        if body.vehicle.credits:
+            left(body.vehicle, body.place, self._slots_changed)
 
     def _give_back(self, body: Body) -> None:
         body.place.bodies.remove(body)

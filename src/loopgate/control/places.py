@@ -71,6 +71,9 @@ TOLERANCE_M: Final = 0.5
 """A front up to this far beyond its stop line does not count as beyond it [m]."""
 
 
+_ROUNDING: Final = 1e-9
+
+
 class Place:
     """A piece of road where vehicles stand in line; the first in line leaves it first.
 
@@ -81,16 +84,25 @@ class Place:
     kept because its move lets a served vehicle go on. `barred`: whether only the mover may enter. `shut`:
     whether no vehicle may enter for now. `closed`: the reason of refusal while it is closed or blocked, or
     ""; `cause`: as in `Refusal`.
+
+    Where `room_m`, the length for vehicles [m], is above 0, a slot is `slot_m` long [m], and `credit_m` of
+    the room is kept for the extra metres of longer vehicles (`loopgate.control.credits`). There are `least`
+    slots at any time: as many as the longest vehicles that come would fill.
     """
 
     __slots__ = (
-        "barred", "bodies", "cause", "closed", "kept_for", "line", "mover", "name", "shut", "slots",
-        "waiting",
+        "barred", "bodies", "cause", "closed", "credit_m", "kept_for", "least", "line", "mover", "name",
+        "room_m", "shut", "slot_m", "slots", "waiting",
     )  # fmt: skip
 
-    def __init__(self, name: str, slots: int) -> None:
+    def __init__(self, name: str, slots: int, room_m: float = 0.0, slot_m: float = 0.0) -> None:
         self.name: Final = name
-        self.slots: Final = slots
+        self.least: Final = slots
+        self.room_m: Final = room_m
+        self.slot_m: Final = slot_m
+        self.credit_m = 0.0
+        self.slots = slots
+        self.slots = self.slots_with(0.0)
         self.line: list[Vehicle] = []
         self.bodies: list[Body] = []
         self.waiting: list[Vehicle] = []
@@ -102,6 +114,16 @@ class Place:
     def is_full(self) -> bool:
         """Return whether no slot is free."""
         return len(self.bodies) >= self.slots
+
+    def slots_with(self, credit_m: float) -> int:
+        """Return how many slots there are with so many metres kept for longer vehicles."""
+        if self.room_m <= 0.0:
+            return self.least
+        return max(self.least, floor((self.room_m - credit_m) / self.slot_m + _ROUNDING))
+
+    def extra_m(self, needed_m: float) -> float:
+        """Return the metres that a vehicle that needs so many with its gap needs beyond a slot [m]."""
+        return max(0.0, needed_m - self.slot_m) if self.room_m > 0.0 else 0.0
 
 
 class Movement:
@@ -415,6 +437,7 @@ class Vehicle:
     `noted_m`: arc length at which there is something to record next [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
+    `credits`: by place ahead, how often its path still comes there; it keeps its extra metres there.
     `steered`: whether it is led to a lane, and makes no request. `guide_m`: arc length of the stop by which
     it is led [m]; infinite if there is none, minus infinity while it is led back to the lane of its path.
     `stood_s`: how long it has stood, anywhere [s]. `stop_m`: arc length at which it stops by itself [m].
@@ -424,10 +447,10 @@ class Vehicle:
     """
 
     __slots__ = (
-        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "due_m",
-        "front_m", "granted", "guide_m", "halted", "held", "lap_m", "laps_m", "leg", "line_m", "longest_s",
-        "lot_m", "make", "mover", "name", "near", "noted_m", "number", "parks", "reason", "refused_s",
-        "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips",
+        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "credits",
+        "due_m", "front_m", "granted", "guide_m", "halted", "held", "lap_m", "laps_m", "leg", "line_m",
+        "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "parks", "reason",
+        "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips",
         "watchers", "withheld", "woken",
     )  # fmt: skip
 
@@ -444,6 +467,7 @@ class Vehicle:
         self.speed = 0.0
         self.line_m = self._end_m()
         self.bodies: list[Body] = []
+        self.credits: dict[Place, int] = {}
         self.trips: list[GrantedPass] = []
         self.watchers: list[tuple[float, Vehicle]] = []
         self.due_m = self.noted_m = self.back_m = inf

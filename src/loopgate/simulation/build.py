@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from loopgate.abstraction.itinerary import Abstraction, Track
+from loopgate.abstraction.itinerary import Abstraction, Room, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
@@ -21,7 +21,7 @@ from loopgate.negotiation.base import Negotiation
 from loopgate.network import Loop, RoadNetwork
 from loopgate.network.stops import Stop
 from loopgate.results.recorder import Recorder
-from loopgate.simulation.asked_gate import NEVER_FULL, AskedGate, Deciding, JoinedGate
+from loopgate.simulation.asked_gate import NEVER_FULL, AskedGate, Deciding, JoinedGate, by_chain
 from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures, GatedDepartures, UngatedDepartures, alone
@@ -103,6 +103,13 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
     return {str(name): len(system.robots) if own else room for name, room, own in rooms}
 
 
+def rooms_of(scenario: Scenario, assembly: Assembly, gate: Gate) -> Mapping[str, Room]:
+    """Return the places whose slots depend on the vehicles that come: none but under the chain rule."""
+    if assembly.abstraction is None or scenario.by_messages is not None or not by_chain(gate):
+        return {}
+    return assembly.abstraction.rooms
+
+
 def times_along(network: RoadNetwork, loop: Loop) -> tuple[Floats, Floats]:
     """Return the arc lengths where a loop's lanes end [m], and the times to get there at the limits [s]."""
     took = [span.length_m / network.lanes[span.lane_id].speed_mps for span in loop.spans]
@@ -166,7 +173,8 @@ def make_driving(
         deciding = Deciding(abstraction.system, gate, negotiation, scenario.serve_after_s)
         ledger = deciding.ledger(outside, step_s=scenario.step_s, lit=ground.is_lit, everybody=everybody)
         asked = deciding.asked
-    layout = ground.layout(slots_of(assembly), [track.legs for track in tracks])
+    rooms = rooms_of(scenario, assembly, gate)
+    layout = ground.layout(slots_of(assembly), [track.legs for track in tracks], rooms)
     driving = ground.driving(ledger, layout, _made_stops(assembly, ledger), spacing)
     if deciding is not None:
         deciding.know(driving.paths.places)

@@ -337,7 +337,7 @@ class Containment:
         loops = [
             [number.setdefault(leg.state, len(number)) for leg in one.legs] for one in tracks if one.rounds
         ]
-        return find_crowd(loops, [max(SPARE, self._leading.slots(place)) for place in number]) is None
+        return find_crowd(loops, [max(SPARE, self._leading.least_slots(place)) for place in number]) is None
 
     def why(self, vehicle: str) -> str:
         """Return the reason if a vehicle has broken down or is at a long stop; else an empty text."""

@@ -161,7 +161,7 @@ class GatedDepartures(Departures):
             [[number.setdefault(leg.place, len(number)) for leg in path] for path in paths]
             for paths in ([*driving.rounds, *map(driving.paths.of, coming)], self._passing)
         )
-        return find_crowd(loops, [max(SPARE, place.slots) for place in number], passing) is None
+        return find_crowd(loops, [max(SPARE, place.least) for place in number], passing) is None
 
     def _leaves(self, diary: Diary, _why: str) -> None:
         """Store the figures of a vehicle that has arrived."""

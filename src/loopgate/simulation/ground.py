@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from loopgate.abstraction.itinerary import DrawnLeg, Itinerary
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary, Room
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
@@ -58,10 +58,15 @@ class Ground:
         """The rules about ordinary vehicles."""
         return [among(self._roads.sight, self._roads.slack)] if self._roads else []
 
-    def layout(self, slots: Mapping[str, int], legs: Iterable[Sequence[DrawnLeg]] = ()) -> PlaceLayout:
-        """Return the layout of places with so many slots, and of the paths over them."""
+    def layout(
+        self,
+        slots: Mapping[str, int],
+        legs: Iterable[Sequence[DrawnLeg]] = (),
+        rooms: Mapping[str, Room] = MappingProxyType({}),
+    ) -> PlaceLayout:
+        """Return the layout of places with so many slots, and of the paths over them; `rooms` as there."""
         every = list({id(path): path for path in legs}.values())
-        return PlaceLayout(slots, every, self._signals, self._roads.add if self._roads else None)
+        return PlaceLayout(slots, every, self._signals, self._roads.add if self._roads else None, rooms)
 
     def driving(
         self,

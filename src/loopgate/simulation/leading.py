@@ -64,6 +64,10 @@ class Leading:
         """Return the number of slots of a place."""
         return self._driving.paths.places[place].slots
 
+    def least_slots(self, place: str) -> int:
+        """Return the number of slots that a place has at any time."""
+        return self._driving.paths.places[place].least
+
     def waits_behind(self, vehicle: str) -> Sequence[str]:
         """Return the vehicles that a vehicle waits for: the first in its line, else its blockers."""
         every = self._ledger.vehicles

@@ -1,12 +1,13 @@
 """SUMO's options that record positions, and the layout of the abstraction for audit and replay."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import inf
 from pathlib import Path
 from statistics import fmean
+from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary
+from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Room
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, SizedStretches, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.control.start import VehicleStart
@@ -38,7 +39,9 @@ def record_positions(file: Path) -> list[str]:
     ]
 
 
-def make_layout(assembly: Assembly, step_s: float) -> Layout:
+def make_layout(
+    assembly: Assembly, step_s: float, rooms: Mapping[str, Room] = MappingProxyType({})
+) -> Layout:
     """Return states, crossings and vehicles of a run, for the audit and the replay.
 
     Parameters
@@ -47,6 +50,8 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
         The parts of the run; it has an abstraction.
     step_s
         Length of a simulation step [s].
+    rooms
+        The places whose slots depend on the vehicles that come, by name.
     """
     abstraction = assembly.abstraction
     if abstraction is None:
@@ -61,7 +66,13 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     for start, itinerary, position in zip(assembly.everybody, ways, positions, strict=True):
         kind = start.type
         vehicles[start.vehicle] = VehicleBody(
-            start.loop.id, kind.length_m, kind.width_m, start.track.start_m, position, kind.jointed
+            start.loop.id,
+            kind.length_m,
+            kind.width_m,
+            start.track.start_m,
+            position,
+            kind.jointed,
+            kind.min_gap_m,
         )
         if start.loop.id not in loops:
             loops[start.loop.id] = _way(start.loop, itinerary)
@@ -75,6 +86,7 @@ def make_layout(assembly: Assembly, step_s: float) -> Layout:
     return Layout(
         step_s=step_s,
         room=_room(abstraction, assembly.other_ways),
+        metres={name: room.length_m for name, room in rooms.items()},
         loops=loops,
         vehicles=vehicles,
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},

@@ -27,7 +27,7 @@ from loopgate.results.recorder import Recorder
 from loopgate.simulation import run_folder
 from loopgate.simulation.assembly import Assembly, assemble
 from loopgate.simulation.build import check as check_gated
-from loopgate.simulation.build import open_gated, open_ungated
+from loopgate.simulation.build import open_gated, open_ungated, rooms_of
 from loopgate.simulation.loop_run import CollisionLog, RunCourse, Tick, after, run_to_end
 from loopgate.simulation.plain_run import run_plainly
 from loopgate.simulation.positions import make_layout, record_positions
@@ -258,7 +258,8 @@ def open_session(
     ]
     guard = [DiskGuard(folder / run_folder.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
-        write_layout(make_layout(assembly, scenario.step_s), folder / run_folder.LAYOUT)
+        rooms = {} if keeping is None else rooms_of(scenario, assembly, keeping[0])
+        write_layout(make_layout(assembly, scenario.step_s, rooms), folder / run_folder.LAYOUT)
     with ExitStack() as stack:
         others = bool(scenario.traffic or assembly.others)
         traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)

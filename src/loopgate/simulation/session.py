@@ -95,7 +95,15 @@ def audit_run(
     joined += _turned(assembly, ways, turned)
     laps = {vehicle: count for vehicle, count in laps.items() if vehicle not in turned}
     room = abstraction.room if joined else {}
-    found = audit_events(read_event_pieces(trace), abstraction.system, laps=laps, joined=joined, room=room)
+    found = audit_events(
+        read_event_pieces(trace),
+        abstraction.system,
+        laps=laps,
+        joined=joined,
+        room=room,
+        metres=layout.metres,
+        needed_m={name: body.needed_m for name, body in layout.vehicles.items()},
+    )
     findings = [finding.text for finding in found]
     figures: dict[str, Any] = {"audited": list(_ALWAYS)}
     if scenario.positions:

@@ -15,12 +15,12 @@ def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place()
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True, let_in=lambda *_: True)
     driving = SimpleNamespace(
         arrivals=arrivals,
-        ledger=SimpleNamespace(vehicles={}, fits=lambda _: True, shut=lambda _: shut.append(now.now_s)),
+        ledger=SimpleNamespace(vehicles={}, fits=lambda *_: True, shut=lambda _: shut.append(now.now_s)),
         paths=SimpleNamespace(of=lambda _: path_of([place, Place("b", 2)], closed=True)),
         once=0,
     )
     demand = SimpleNamespace(depart_s=0.0, led=SimpleNamespace(goes_on=True))
-    loop, kind = SimpleNamespace(closed=False), SimpleNamespace(min_gap_m=2.5)
+    loop, kind = SimpleNamespace(closed=False), SimpleNamespace(min_gap_m=2.5, needed_m=7.5)
     names = {"vehicle": "late", "place": "a", "insertion": None}
     late = SimpleNamespace(track=track, demand=demand, loop=loop, type=kind, **names)
     rules = DepartureRules(cast("Any", now), cast("Any", driving), [cast("Any", late)], 4, {})

@@ -1,0 +1,266 @@
+"""Long and short vehicles on small roads: do all fit, and does everybody get on? Every configuration of them.
+
+    python analysis/mixed_lengths.py --systems 10000     # some minutes
+
+Vehicles of one to three units of length come to places of some units, drive once or round and round. The
+ledger answers who may come and who may move. An oracle of its own, which knows metres and no slots, looks at
+every configuration that comes about: whether the vehicles fit into each place by their lengths, and whether
+each vehicle can go on from there by moves that the ledger admits.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from loopgate.cli.terminal import show_progress
+from loopgate.control.chain import closes
+from loopgate.control.ledger import Ledger
+from loopgate.control.places import Leg, Make, Place, joined
+from loopgate.gates.certified.crowding import SPARE, find_crowd
+
+LEAST = 2
+"""Each place holds so many of its longest visitors."""
+
+Standing = tuple[tuple[tuple[int, int], ...], ...]
+"""Who stands in each place, first in line first: vehicle, and position on its way."""
+
+
+class Node(NamedTuple):
+    """A configuration: who stands where, and who is still to come; all others have arrived."""
+
+    lines: Standing
+    outside: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Vehicles:
+    """Vehicles on ways over places.
+
+    `ways`: the places of each vehicle's way. `once`: whether each drives once. `needs`: the length of each.
+    `rooms`: the length of each place.
+    """
+
+    ways: tuple[tuple[int, ...], ...]
+    once: tuple[bool, ...]
+    needs: tuple[int, ...]
+    rooms: tuple[int, ...]
+
+    @property
+    def least(self) -> list[int]:
+        """How many of its longest visitors each place holds; those that nobody visits hold any two."""
+        longest = [1] * len(self.rooms)
+        for way, need in zip(self.ways, self.needs, strict=True):
+            for place in way:
+                longest[place] = max(longest[place], need)
+        return [room // need for room, need in zip(self.rooms, longest, strict=True)]
+
+    def ledger(self, node: Node) -> tuple[Ledger, list[list[Leg]]]:
+        """Return a ledger in which the vehicles stand like that, and the paths of all."""
+        places = [
+            Place(f"{k}", least, float(room), 1.0)
+            for k, (least, room) in enumerate(zip(self.least, self.rooms, strict=True))
+        ]
+        away = Place("away", len(self.ways) + 1)
+        paths = []
+        for way, once in zip(self.ways, self.once, strict=True):
+            stops = [places[place] for place in way] + [away] * once
+            paths.append(joined([Leg(place, k) for k, place in enumerate(stops)], closed=not once))
+        ledger = Ledger([])
+        for line in node.lines:
+            for vehicle, position in line:
+                # In which order they came makes no difference, so some stand where there is no slot yet.
+                make = self.make(vehicle)
+                ledger.take_in(f"{vehicle}", paths[vehicle], position, make, beyond=len(self.ways))
+        return ledger, paths
+
+    def make(self, vehicle: int) -> Make:
+        """Return the properties of a vehicle, without a gap."""
+        return Make(float(self.needs[vehicle]), 1.0, 1.0, 1.0, 1.0, 0.0)
+
+    def moved(self, node: Node, place: int) -> Node:
+        """Return what comes of it when the first vehicle of a place moves."""
+        lines = [list(line) for line in node.lines]
+        vehicle, position = lines[place].pop(0)
+        after = position + 1
+        if not self.once[vehicle]:
+            after %= len(self.ways[vehicle])
+        if after < len(self.ways[vehicle]):
+            lines[self.ways[vehicle][after]].append((vehicle, after))
+        return Node(tuple(map(tuple, lines)), node.outside)
+
+    def entered(self, node: Node, vehicle: int) -> Node:
+        """Return what comes of it when a vehicle comes."""
+        lines = list(node.lines)
+        first = self.ways[vehicle][0]
+        lines[first] = (*lines[first], (vehicle, 0))
+        return Node(tuple(lines), node.outside - {vehicle})
+
+    def fit(self, node: Node) -> bool:
+        """Return whether all vehicles fit into their places by their lengths."""
+        return all(
+            sum(self.needs[vehicle] for vehicle, _ in line) <= room
+            for line, room in zip(node.lines, self.rooms, strict=True)
+        )
+
+
+def draw(seed: int, *, loops: bool) -> Vehicles:
+    """Draw a system; with `loops`, some vehicles drive round and round.
+
+    Most drive along a ring of places, so that full places can wait for one another.
+    """
+    rng = random.Random(seed)
+    places = rng.randint(2, 4)
+    kinds: list[tuple[tuple[int, ...], bool, int]] = []
+    for _ in range(rng.randint(2, 4)):
+        round_ = loops and rng.random() < 0.5  # noqa: PLR2004  some of them
+        first, length = rng.randrange(places), rng.randint(2, places)
+        way = [(first + k) % places for k in range(length)]
+        if rng.random() < 0.3:  # noqa: PLR2004  the others turn elsewhere
+            rng.shuffle(way)
+        if not round_ and rng.random() < 0.2:  # noqa: PLR2004  one in five comes twice
+            way.append(way[0])
+        kinds.append((tuple(way), not round_, rng.choice((1, 1, 2, 3))))
+    longest = [max([1, *(need for way, _, need in kinds if place in way)]) for place in range(places)]
+    rooms = tuple(LEAST * most + rng.randint(0, 1) for most in longest)
+    many = rng.randint(3, 9)
+    ways, once, needs = zip(*sorted(rng.choice(kinds) for _ in range(many)), strict=True)
+    return Vehicles(ways, once, needs, rooms)
+
+
+class Everything:
+    """All configurations that come about from empty roads, by the ledger's answers.
+
+    `moves`: for each, the configurations after the moves that the ledger admits, and who moves.
+    """
+
+    def __init__(self, vehicles: Vehicles, most: int) -> None:
+        self.vehicles = vehicles
+        self.admits_fuller = self.decisions = 0
+        begin = Node(((),) * len(vehicles.rooms), frozenset(range(len(vehicles.ways))))
+        self.moves: dict[Node, list[tuple[int, Node]]] = {}
+        self.whole = True
+        todo = [begin]
+        while todo:
+            node = todo.pop()
+            if node in self.moves:
+                continue
+            if len(self.moves) >= most:
+                self.whole = False
+                return
+            self.moves[node], more = self._answers(node)
+            todo += [after for _, after in self.moves[node]] + more
+
+    def _answers(self, node: Node) -> tuple[list[tuple[int, Node]], list[Node]]:
+        """Return the moves that the ledger admits, and what comes of letting in whom it lets in."""
+        vehicles = self.vehicles
+        ledger, paths = vehicles.ledger(node)
+        moves = []
+        for place, line in enumerate(node.lines):
+            if not line:
+                continue
+            head = ledger.vehicles[f"{line[0][0]}"]
+            wanted = head.wanted()
+            self.decisions += 1
+            if wanted is None or not (wanted.is_full() or closes(head)):
+                moves.append((line[0][0], vehicles.moved(node, place)))
+        more = []
+        kinds = set()
+        for vehicle in sorted(node.outside):
+            kind = vehicles.ways[vehicle], vehicles.once[vehicle], vehicles.needs[vehicle]
+            if kind in kinds:
+                continue  # which of equal vehicles comes makes no difference
+            kinds.add(kind)
+            self.decisions += 1
+            if ledger.fits(paths[vehicle][0], float(vehicles.needs[vehicle])) and self._may_stay(
+                node, vehicle
+            ):
+                more.append(vehicles.entered(node, vehicle))
+        least = vehicles.least
+        self.admits_fuller += any(len(line) > most for line, most in zip(node.lines, least, strict=True))
+        return moves, more
+
+    def _may_stay(self, node: Node, vehicle: int) -> bool:
+        """Return whether condition (S) holds with one more vehicle on a loop."""
+        vehicles = self.vehicles
+        if vehicles.once[vehicle]:
+            return True
+        there = [one for line in node.lines for one, _ in line if not vehicles.once[one]]
+        loops = [list(vehicles.ways[one]) for one in (*there, vehicle)]
+        passing = [list(way) for way, once in zip(vehicles.ways, vehicles.once, strict=True) if once]
+        passing = [[*way, len(vehicles.rooms)] for way in passing]
+        slots = [max(SPARE, most) for most in (*vehicles.least, len(vehicles.ways) + 1)]
+        return find_crowd(loops, slots, passing) is None
+
+    def unfit(self) -> int:
+        """Return the number of configurations in which some vehicles do not fit by their lengths."""
+        return sum(not self.vehicles.fit(node) for node in self.moves)
+
+    def stuck(self) -> int:
+        """Return the number of vehicles that can never move again, summed over all configurations."""
+        before: dict[Node, list[Node]] = {node: [] for node in self.moves}
+        movers: dict[int, set[Node]] = {}
+        for node, moves in self.moves.items():
+            for vehicle, after in moves:
+                movers.setdefault(vehicle, set()).add(node)
+                if after in before:
+                    before[after].append(node)
+        lost = 0
+        for vehicle in range(len(self.vehicles.ways)):
+            goes, todo = set[Node](), list(movers.get(vehicle, ()))
+            while todo:
+                node = todo.pop()
+                if node not in goes:
+                    goes.add(node)
+                    todo += before[node]
+            there = {
+                node for node in self.moves if any(one == vehicle for line in node.lines for one, _ in line)
+            }
+            lost += len(there - goes)
+        return lost
+
+
+def look(seeds: Iterable[int], *, loops: bool, most: int) -> Counter[str]:
+    """Look at systems, and count what is found."""
+    found = Counter[str]({"do not fit": 0, "stuck": 0})
+    for seed in seeds:
+        every = Everything(draw(seed, loops=loops), most)
+        if not every.whole:
+            found["too large"] += 1
+            continue
+        found["systems"] += 1
+        found["configurations"] += len(every.moves)
+        found["decisions"] += every.decisions
+        found["with more vehicles than the longest"] += every.admits_fuller
+        found["do not fit"] += every.unfit()
+        found["stuck"] += every.stuck()
+    return found
+
+
+def main() -> int:
+    """Look, print, and return whether anything is wrong."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--systems", type=int, default=2_000, help="half of them with loops")
+    parser.add_argument("--most", type=int, default=3_000, help="configurations of a system, at most")
+    options = parser.parse_args()
+    wrong, half = 0, options.systems // 2
+    for loops in (False, True):
+        found = Counter[str]()
+        with show_progress("systems", total=half) as report:
+            for seed in range(half):
+                found += look([seed], loops=loops, most=options.most)
+                report(seed + 1)
+        kind = "loops and trips" if loops else "trips"
+        words = ", ".join(f"{count:,} {what}" for what, count in sorted(found.items()))
+        sys.stdout.write(f"{kind}: {words}; {found['do not fit']} do not fit, {found['stuck']} stuck\n")
+        wrong += found["do not fit"] + found["stuck"]
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,135 @@
+"""Credits: room that a long vehicle keeps ahead, so that it takes one slot like any other vehicle.
+
+Where vehicles differ in length, a place has slots as long as most of its visitors need. A vehicle that needs
+more keeps its extra metres free in each place ahead on its path, from when it comes until its rear has left
+the place for the last time. A place with so many metres kept has
+
+    max(least, floor((room - kept) / slot))
+
+slots, `least` being as many as the longest visitors would fill. So all vehicles that have a slot in a place
+fit, whoever they are. The slots only become fewer when a long vehicle comes, and `may_enter` allows that only
+where no circle of full places arises (`docs/proofs/roads.md`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from loopgate.control.chain import circle_from, closes_by_entering, closes_by_turning
+from loopgate.control.places import Leg, Place, Vehicle
+
+_FOR_EVER: Final = 1 << 30
+"""How often a vehicle on a loop comes to a place."""
+
+
+def visits(leg: Leg) -> dict[Place, int]:
+    """Return how often a path comes to each place from a leg on, the leg's own included."""
+    found: dict[Place, int] = {}
+    one: Leg | None = leg
+    while one is not None:
+        found[one.place] = found.get(one.place, 0) + 1
+        one = one.after
+        if one is leg:
+            return dict.fromkeys(found, _FOR_EVER)
+    return found
+
+
+def may_enter(leg: Leg, needed_m: float) -> bool:
+    """Return whether a vehicle may join the line on a leg: with a slot, and no circle of full places closes.
+
+    `needed_m`: its length with its gap [m].
+    """
+    return _may_keep(leg, needed_m, {}, 1, lambda: closes_by_entering(leg))
+
+
+def may_turn(vehicle: Vehicle, leg: Leg) -> bool:
+    """Return whether a vehicle in a place may change to another path at `leg`, and no circle closes."""
+    needed_m = vehicle.make.length_m + vehicle.make.gap_m
+    return _may_keep(leg, needed_m, vehicle.credits, 0, lambda: closes_by_turning(vehicle, leg))
+
+
+def _may_keep(
+    leg: Leg, needed_m: float, held: dict[Place, int], more: int, closes: Callable[[], bool]
+) -> bool:
+    """Return whether a vehicle may keep its extra metres in all places from a leg on.
+
+    All vehicles must keep their slots, and no circle of full places may arise. O(places ahead, and full
+    places that they wait for). `held`: the places in which it keeps its extra metres already. `more`: how
+    many slots it takes in the place of the leg. `closes`: whether the change closes a circle otherwise.
+    """
+    before: list[tuple[Place, int]] = []
+    for place in visits(leg):
+        extra_m = place.extra_m(needed_m)
+        if extra_m > 0.0 and place not in held:
+            before.append((place, place.slots))
+            place.slots = place.slots_with(place.credit_m + extra_m)
+    fits = len(leg.place.bodies) + more <= leg.place.slots
+    for place, _ in before:
+        fits = fits and len(place.bodies) <= place.slots
+    for place, slots in before:
+        if fits and place.slots < slots and len(place.line) >= place.slots:
+            fits = not circle_from(place)
+    fits = fits and not closes()
+    for place, slots in before:
+        place.slots = slots
+    return fits
+
+
+def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
+    """Keep the extra metres of a vehicle in all places from its leg on, and no longer elsewhere.
+
+    `changed`: called with each place whose number of slots changes.
+    """
+    needed_m = vehicle.make.length_m + vehicle.make.gap_m
+    before, vehicle.credits = vehicle.credits, {}
+    for place, times in visits(vehicle.leg).items():
+        if place.extra_m(needed_m) > 0.0:
+            vehicle.credits[place] = times
+            if place not in before:
+                _add(place, place.extra_m(needed_m), changed)
+    for place in before:
+        if place not in vehicle.credits:
+            _add(place, -place.extra_m(needed_m), changed)
+
+
+def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict[Place, float]:
+    """Keep the extra metres of a vehicle that is about to come; return them by place [m].
+
+    `needed_m`: its length with its gap [m].
+    """
+    found = {place: place.extra_m(needed_m) for place in visits(leg) if place.extra_m(needed_m) > 0.0}
+    for place, extra_m in found.items():
+        _add(place, extra_m, changed)
+    return found
+
+
+def release(reserved: dict[Place, float], changed: Callable[[Place], None]) -> None:
+    """Undo `reserve`."""
+    for place, extra_m in reserved.items():
+        _add(place, -extra_m, changed)
+
+
+def left(vehicle: Vehicle, place: Place, changed: Callable[[Place], None]) -> None:
+    """Keep no metres any more in a place that a rear has left, if the vehicle does not come there again."""
+    times = vehicle.credits.get(place, 0)
+    if times == 1:
+        del vehicle.credits[place]
+        _add(place, -place.extra_m(vehicle.make.length_m + vehicle.make.gap_m), changed)
+    elif 1 < times < _FOR_EVER:
+        vehicle.credits[place] = times - 1
+
+
+def give_up(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
+    """Keep no metres any more for a vehicle that goes."""
+    for place in vehicle.credits:
+        _add(place, -place.extra_m(vehicle.make.length_m + vehicle.make.gap_m), changed)
+    vehicle.credits = {}
+
+
+def _add(place: Place, extra_m: float, changed: Callable[[Place], None]) -> None:
+    place.credit_m += extra_m
+    slots = place.slots_with(place.credit_m)
+    if slots != place.slots:
+        place.slots = slots
+        changed(place)
