@@ -666,6 +666,9 @@ class RoadWaits:
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
         for way in self._ways(vehicle, lane):
+            for beside in self._network.edges[way.to_edge].lanes:  # its rear may be inside, on any way
+                first = self._bodies.get(beside.id, ())[:1]
+                found.update(one.vehicle for one in first if leaving and one.front_m < _AHEAD_M)
             beyond = self._beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
             found.update(one.vehicle for one, _ in islice(beyond, 1))
         return found

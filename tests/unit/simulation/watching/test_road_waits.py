@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
+from types import MappingProxyType
 
 import pytest
 from shapely import LineString, Point
@@ -185,6 +187,20 @@ def test_who_only_has_to_leave_a_junction_yields_to_those_inside_alone() -> None
         {"b": ("D2C2", ["C2B2"])},
     )
     assert scene.sets(60.0) == [["b"]]
+
+
+def test_who_has_to_leave_a_junction_may_wait_for_one_that_has_changed_lanes_beyond_it() -> None:
+    """Its rear may be longer than is known, and still inside: nothing changes until it moves."""
+    edge = NETWORK.edges["C2D2"]
+    left = replace(edge.lanes[0], id="C2D2_1", index=1)
+    network = copy(NETWORK)
+    network.lanes = MappingProxyType({**NETWORK.lanes, left.id: left})
+    wide = replace(edge, lanes=(*edge.lanes, left))
+    network.edges = MappingProxyType({**NETWORK.edges, edge.id: wide})
+    scene = Scene({"a": (WAY.via[0], 3.0), "b": (left.id, 8.0)})
+    assert scene.sets(60.0, network=network) == [["b"]]
+    scene = Scene({"a": (WAY.via[0], 3.0), "b": (left.id, 40.0)})
+    assert scene.sets(60.0, network=network) == []
 
 
 def _two_lanes(length_m: float) -> RoadNetwork:
