@@ -26,6 +26,10 @@ OUTPUTS = ("fcd-output", "tripinfo-output", "edgedata-output")
 """Outputs that the run folder has in its own form if the run asks for them."""
 
 ROUND = "any-traffic.md#driving-in-circles"
+CLOSED = (
+    "on loops as [closures](standing.md), on queues; refused if some gated classes may pass; trips round it "
+    "are ordinary"
+)
 REROUTERS = {
     "rerouter": {
         "id edges vTypes": (
@@ -41,8 +45,8 @@ REROUTERS = {
     "destProbReroute": {"id probability": (HONOURED_, "a loop, a way drawn beforehand, or another way")},
     "routeProbReroute": {"id probability": (HONOURED_, "the same; with stops, trips are ordinary")},
     "viaProbReroute": {"id probability": (TOLD, "trips are ordinary, with the reason; loops are kept")},
-    "closingReroute": {"id allow disallow until": (REFUSED, "on loops; trips round it are ordinary")},
-    "closingLaneReroute": {"id allow disallow": (REFUSED, "on loops; trips round it are ordinary")},
+    "closingReroute": {"id allow disallow": (HONOURED_, CLOSED), "until": (LEFT, "")},
+    "closingLaneReroute": {"id allow disallow": (HONOURED_, CLOSED)},
     "parkingAreaReroute": {"id probability visible": (LEFT, "for ordinary vehicles")},
     "overtakingReroute": {"main siding minSaving defer": (LEFT, "for trains, which are ordinary")},
     "stationReroute": {"id minSaving": (LEFT, "for ordinary vehicles")},

@@ -183,6 +183,21 @@ def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
     assert read_run_row(tmp_path / "runs" / "1").row["closures"] == 2
 
 
+def test_roads_that_rerouters_close_are_closures(tmp_path: Path) -> None:
+    """SUMO's own way to close a road: the same run, and no vehicle is led round by SUMO itself."""
+    beside = tmp_path / "closed.add.xml"
+    beside.write_text(
+        '<additional><rerouter id="r" edges="B2C2 C3C2 D2C2"><interval begin="100" end="400">'
+        '<closingReroute id="C2C1"/></interval></rerouter></additional>'
+    )
+    closed = '[[closures]]\nedge = "C2C1"\nfrom = 100\nto = 400\n'
+    one = ran(tmp_path / "one", vehicles=60, duration_s=500.0, stops=str(beside))
+    other = ran(tmp_path / "other", closed, vehicles=60, duration_s=500.0)
+    assert one["standing"]["led_round"] > 3
+    assert (one["distance_km"], one["standing"]) == (other["distance_km"], other["standing"])
+    assert (one["audit"], one["collisions"]) == ("clean", 0)
+
+
 def test_without_a_gate_streets_close_too(tmp_path: Path) -> None:
     """For a baseline: nobody drives in, and the trace has the edges that were driven."""
     summary = ran(tmp_path, CLOSED, gate="open", vehicles=30, outputs="fcd", duration_s=700.0)

@@ -31,6 +31,7 @@ from loopgate.simulation.demand.allotment import (
 )
 from loopgate.simulation.demand.apart import (
     cannot_stop,
+    files_beside,
     fitted_stops,
     going_on,
     moved_stops,
@@ -48,7 +49,7 @@ from loopgate.simulation.settings import (
     unforeseen,
     with_defaults,
 )
-from loopgate.simulation.sumo.devices import ReroutingPolicy, leading_devices, without_devices
+from loopgate.simulation.sumo.devices import ReroutingPolicy, closures_of, leading_devices, without_devices
 from loopgate.simulation.sumo_options import all_options, begins_s, option_of
 
 _MOST_LOOPS = 40
@@ -182,7 +183,7 @@ def assemble(scenario: Scenario) -> Assembly:
     vehicles, later, anew, apart = sorted_out.vehicles, sorted_out.later, sorted_out.anew, sorted_out.apart
     warnings = (*warnings, *sorted_out.lines)
     closed = [v for v in [*vehicles, *later] if v.loop.closed]
-    incidents, detours = _incidents(scenario, network, closed), FoundDetours()
+    incidents, detours = _incidents(scenario, network, closed, file), FoundDetours()
     if scenario.gated and scenario.abstraction == "queues" and scenario.standing != "wait":
         once = [v for v in [*later, *others] if not v.loop.closed]
         detours = find_detours(network, closed, incidents, once)
@@ -252,10 +253,17 @@ def assemble(scenario: Scenario) -> Assembly:
     )
 
 
-def _incidents(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> Incidents:
-    if not scenario.incidents:
-        return Incidents()
-    return read_incidents(network, scenario.incidents, {v.id for v in vehicles})
+def _incidents(
+    scenario: Scenario, network: RoadNetwork, vehicles: Sequence[VehicleDemand], file: RoutesFile | None
+) -> Incidents:
+    """Return the incidents of the scenario's file, and under a gate the roads that rerouters close."""
+    found = Incidents()
+    if scenario.incidents:
+        found = read_incidents(network, scenario.incidents, {v.id for v in vehicles})
+    if scenario.gated and scenario.abstraction == "queues" and scenario.by_messages is None:
+        closed = closures_of(files_beside(scenario, file), vehicles)
+        found = replace(found, closures=(*found.closures, *closed))
+    return found
 
 
 def read_vehicles(

@@ -305,7 +305,7 @@ def _input_options(
             ordinary.check_names(assembly.others)
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
-        refuse_what_leads_off(beside, assembly.loops)
+        refuse_what_leads_off(beside, assembly.loops, assembly.incidents.closures)
     types = _types_of_others(assembly, ordinary) if scenario.gated else None
     beside = without_vehicles(beside, assembly.vehicle_files, folder.path, types)
     if assembly.persons:

@@ -321,7 +321,7 @@ def sort_out(
         own = scenario.abstraction == "queues" and not scenario.counts_vehicles
         asked = [v for v in (*vehicles, *later) if own or not v.loop.closed]
         found.put_apart(of_no_safe_type(network, asked, scenario.step_s))
-        found.put_apart(led_off(_beside(scenario, file), found.later))
+        found.put_apart(led_off(files_beside(scenario, file), found.later))
         found.anew = led_anew(scenario, found.later)
     if scenario.rule_for_starts == "even":
         found.vehicles = evenly_round(network, found.vehicles)
@@ -348,7 +348,7 @@ def nobody_gated(source: str, found: SortedOut, otherwise: str = "") -> NobodyGa
     return NobodyGatedError(f"{source}: none of its vehicles is gated: {told}; or --gate open")
 
 
-def _beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
+def files_beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
     """Return the additional files that SUMO gets with the vehicles."""
     files = [*scenario.stop_files, *(file.stop_files if file else ())]
     for name in dict.fromkeys((scenario.network, scenario.traffic)):

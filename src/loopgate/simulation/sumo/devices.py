@@ -1,5 +1,6 @@
 """What in SUMO would lead gated vehicles elsewhere: devices go, rerouters act on others only."""
 
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
@@ -12,7 +13,8 @@ from loopgate.errors import ScenarioError
 from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
 from loopgate.network.circling import words
-from loopgate.network.clock import seconds
+from loopgate.network.clock import seconds, time_of
+from loopgate.network.incidents import Closure
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import MIDDLE
 from loopgate.reading import shown
@@ -23,19 +25,62 @@ from loopgate.simulation.sumo_words import own_words
 _CLOSES = ("closingReroute", "closingLaneReroute")
 
 
-def refuse_what_leads_off(files: Iterable[Path], loops: Iterable[Loop]) -> None:
-    """Refuse closed roads and calibrators on loops that affect all vehicles.
+def closures_of(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> tuple[Closure, ...]:
+    """Return when rerouters close edges and lanes on the loops of gated vehicles, for each of their classes.
+
+    An edge that some of these classes may use all the same is left out: `refuse_what_leads_off` tells it.
+
+    Raises
+    ------
+    RouteError
+        If an attribute of an interval is no time.
+    """
+    classes: dict[str, set[str]] = defaultdict(set)
+    for vehicle in vehicles:
+        for edge in vehicle.loop.edges:
+            classes[edge].add(vehicle.type.vclass)
+    found: dict[Closure, None] = {}
+    for file in files:
+        for interval in read_additional(file).iterfind(".//rerouter/interval"):
+            for closed in _inside(interval, _CLOSES):
+                name, edge = closed.get("id", ""), _closed(closed)
+                if edge not in classes or any(may_pass(closed, vclass) for vclass in classes[edge]):
+                    continue
+                what = f"{file}: interval that closes {name}"
+                from_s, to_s = time_of(interval, "begin", what), time_of(interval, "end", what)
+                lane = name if name != edge else ""
+                found[Closure(edge, lane, from_s or 0.0, inf if to_s is None else to_s)] = None
+    return tuple(found)
+
+
+def may_pass(closed: ET.Element, vclass: str) -> bool:
+    """Return whether vehicles of a class may pass a road that a rerouter closes."""
+    said = {name: words(closed, name) for name in ("allow", "disallow")}
+    if said["allow"]:
+        return vclass in said["allow"] or "all" in said["allow"]
+    if said["disallow"]:
+        return not {vclass, "all"} & set(said["disallow"])
+    return vclass == "authority"
+
+
+def refuse_what_leads_off(
+    files: Iterable[Path], loops: Iterable[Loop], closures: Iterable[Closure] = ()
+) -> None:
+    """Refuse closed roads and calibrators on loops that affect all vehicles, but for planned closures.
 
     Raises
     ------
     ScenarioError
         If there is such an element; the text names it, the loop and the way out.
     """
-    by_edge = {edge: loop.id for loop in loops for edge in loop.edges}
+    by_edge, planned = (
+        {edge: loop.id for loop in loops for edge in loop.edges},
+        {one.edge for one in closures},
+    )
     for file in files:
         for element in read_additional(file).iter():
             for edge, does in _does(element):
-                if edge in by_edge:
+                if edge in by_edge and (edge not in planned or element.tag != "rerouter"):
                     what = f"{file}: {element.tag} {element.get('id', '')}"
                     msg = f"{what} {does.format(edge=edge, loop=by_edge[edge])}, or --gate open"
                     raise ScenarioError(msg)
@@ -102,11 +147,9 @@ def _does(element: ET.Element) -> Iterator[tuple[str, str]]:
         yield edge, "takes vehicles out on {edge}, which is on loop {loop}; give it vTypes of others"
     if element.tag != "rerouter":
         return
+    does = "closes {edge}, which is on loop {loop}, to some of its vehicles, or where no vehicle is led round"
     for closed in _inside(element, _CLOSES):
-        yield (
-            _closed(closed),
-            "closes {edge}, which is on loop {loop}; let loops avoid it (loopgate loops --avoid)",
-        )
+        yield _closed(closed), f"{does}; let loops avoid it (loopgate loops --avoid)"
 
 
 LEADING = {

@@ -9,7 +9,8 @@ import pytest
 
 from loopgate.errors import ScenarioError
 from loopgate.network.circling import Led
-from loopgate.simulation.sumo.devices import for_others, led_off, refuse_what_leads_off
+from loopgate.network.incidents import Closure
+from loopgate.simulation.sumo.devices import closures_of, for_others, led_off, refuse_what_leads_off
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 
@@ -38,6 +39,35 @@ def test_what_leads_off_loops_is_refused(tmp_path: Path, text: str, says: str) -
     refuse(tmp_path, text.format("d"))
     with pytest.raises(ScenarioError, match=f" r .*{says}"):
         refuse(tmp_path, text.format("a"))
+
+
+@pytest.mark.parametrize(
+    ("closed", "classes", "found"),
+    [
+        ('<closingReroute id="a"/>', ("passenger",), Closure("a", "", 60.0, 3600.0)),
+        ('<closingLaneReroute id="a_1"/>', ("passenger",), Closure("a", "a_1", 60.0, 3600.0)),
+        ('<closingReroute id="a" disallow="all"/>', ("passenger", "bus"), Closure("a", "", 60.0, 3600.0)),
+        ('<closingReroute id="a" allow="bus authority"/>', ("passenger",), Closure("a", "", 60.0, 3600.0)),
+        ('<closingReroute id="a" allow="bus"/>', ("passenger", "bus"), None),  # to some of them only
+        ('<closingReroute id="a" disallow="truck"/>', ("passenger",), None),
+        ('<closingReroute id="a"/>', ("authority",), None),
+        ('<closingReroute id="d"/>', ("passenger",), None),  # on no loop
+    ],
+)
+def test_a_road_that_a_rerouter_closes_is_a_closure(
+    tmp_path: Path, closed: str, classes: tuple[str, ...], found: Closure | None
+) -> None:
+    """If it is closed to all gated vehicles on loops over it; then it is not refused."""
+    file = tmp_path / "x.add.xml"
+    times = 'begin="60" end="1:00:00"'
+    file.write_text(
+        f'<additional><rerouter id="r"><interval {times}>{closed}</interval></rerouter></additional>'
+    )
+    gated: list[Any] = [SimpleNamespace(loop=LOOP, type=SimpleNamespace(vclass=one)) for one in classes]
+    closures = closures_of([file], gated)
+    assert closures == (() if found is None else (found,))
+    if found is not None:
+        refuse_what_leads_off([file], [LOOP], closures)
 
 
 @pytest.mark.parametrize(
