@@ -6,11 +6,14 @@ the scenarios of ``test_files`` in a checked-out copy for 20 minutes each: under
 network's lights, and under the gate with lights off and obeyed. ``--files train_files --draw 12`` drives
 so many of either kind, drawn by ``--seed``, of the other part; ``--share 20`` puts so many in a hundred of
 the vehicles under the gate. Runs that are done are kept in ``out/mixed-traffic``, see ``--out``.
+``--write`` keeps a row for each run in ``analysis/tables/mixed-traffic.csv`` and renews the tables in the
+README and in ``docs/studies/throughput.md``; without a folder they are renewed from that file.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -23,11 +26,16 @@ from any_traffic import EVERYONE, some_of
 from frame_table import frame_table
 from rich.console import Console
 from sweep_runs import sweep_runs
+from throughput_study import markdown, write_section
 
 from loopgate.results import columns as c
 from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "analysis" / "tables" / "mixed-traffic.csv"
+"""A row for each run that the pages tell of."""
+README, SECTION = ROOT / "README.md", "mixed-traffic"
+
 KINDS = ("intersection", "roundabout")
 DEMANDS: Final = {"400": 400, "easy": 1000, "middle": 3000, "hard": 5000}
 """Demands by the name of their folder, and how many vehicles an hour they ask for."""
@@ -38,10 +46,19 @@ RULES: Final[dict[str, dict[str, Any]]] = {
     "gate, lights obeyed": {"gate": "certified", "lights": "obey"},
 }
 SUFFIX = ".sumo.cfg"
-KIND, DEMAND, NAME, RULE, SHARE = "kind", "demand", "scenario", "rule", "share"
+KIND, DEMAND, NAME, RULE, SHARE, ORDINARY = "kind", "demand", "scenario", "rule", "share", "ordinary"
 SCENARIO = [KIND, DEMAND, NAME]
 FIGURES = (
-    *(c.STATUS, c.VEHICLES, c.ARRIVED, c.UNFINISHED, c.MEAN_DELAY, c.MEAN_DEPART_DELAY, c.WORST_DELAY),
+    *(
+        c.STATUS,
+        c.SEED,
+        c.VEHICLES,
+        c.ARRIVED,
+        c.UNFINISHED,
+        c.MEAN_DELAY,
+        c.MEAN_DEPART_DELAY,
+        c.WORST_DELAY,
+    ),
     *(c.DEADLOCKS, c.STARVING, c.COLLISIONS, c.TELEPORTS, c.KEPT, c.ON_RED, c.ERROR),
     *(c.LOOPGATE_CODE, c.SUMO_VERSION),
 )
@@ -111,10 +128,16 @@ def simulate(scenarios: pd.DataFrame, given: argparse.Namespace) -> pd.DataFrame
     rows = [
         {KIND: one.kind, DEMAND: one.demand, NAME: one.scenario, RULE: rule}
         | {SHARE: given.share if rule != SUMO else 0}
+        | {ORDINARY: _ordinary(str(found.loc[key, c.WARNINGS])) if rule != SUMO else 0}
         | {name: found.loc[key, name] for name in FIGURES}
         for key, (_, one, rule) in zip(keys, runs, strict=True)
     ]
     return pd.DataFrame(rows)
+
+
+def _ordinary(warnings: str) -> int:
+    """Return how many vehicles a gated run leaves to SUMO's rules, as it warns."""
+    return sum(int(number) for number in re.findall(r"(\d+) vehicles? in ordinary traffic", warnings))
 
 
 def by_class(runs: pd.DataFrame) -> pd.DataFrame:
@@ -162,6 +185,39 @@ def _delays(runs: pd.DataFrame) -> pd.DataFrame:
     return wide[[rule for rule in RULES if rule in wide]]
 
 
+def in_short(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the README's table: mean delays by kind and demand, and where the gate had less than SUMO."""
+    rows = []
+    for key, group in by_class(runs).groupby(["junctions", "vehicles/h", "scenarios"], sort=False):
+        kind, vehicles, count = (str(part) for part in list(key))
+        of = group.set_index(RULE)
+        row = {"junctions": f"{count} {kind}s" if vehicles else f"all {count}", "vehicles/h": vehicles}
+        row |= {f"{rule} [s]": str(of.loc[rule, "delay [s]"]) for rule in RULES}
+        less = {rule: f"{of.loc[rule, 'less delay']!s} of {count}" for rule in RULES if rule != SUMO}
+        rows.append(row | {f"{rule}: less delay": text for rule, text in less.items()})
+    return pd.DataFrame(rows)
+
+
+def section(runs: pd.DataFrame) -> str:
+    """Return the part of the page on throughput."""
+    gated, first = runs[runs[RULE] != SUMO], runs.iloc[0]
+    once = gated.drop_duplicates(SCENARIO)
+    apart = int(((gated[ORDINARY] > 0) & (gated[c.DEADLOCKS] > 0)).sum())
+    said = f"""{len(runs)} runs of 20 minutes, seed {first[c.SEED]}, one state of the code.
+Delay: the mean over trips of the time lost on the way and waited to depart. *Locked*: runs with a deadlock.
+*Clean*: gated runs that kept what is promised. *Less delay*: scenarios with a smaller mean delay than under
+SUMO's rules. The gate cannot take {once[ORDINARY].sum()} of {once[c.VEHICLES].sum()} vehicles,
+in {(once[ORDINARY] > 0).sum()} of {len(once)} scenarios: there is no space to change lanes, or to wait.
+These drive by SUMO's rules among the others; {apart} such runs lock up."""
+    return f"{' '.join(said.split())}\n\n{markdown(by_class(runs))}"
+
+
+def write(runs: pd.DataFrame) -> None:
+    """Renew the tables of the README and of the page on throughput."""
+    write_section(markdown(in_short(runs)), SECTION, README)
+    write_section(section(runs), SECTION)
+
+
 def print_runs(runs: pd.DataFrame) -> None:
     """Print the table by class, each scenario's delays, and what failed or was not clean."""
     console = Console(highlight=False, width=230)
@@ -182,7 +238,7 @@ def print_runs(runs: pd.DataFrame) -> None:
 def main() -> None:
     """Run what is missing, print, and renew the pages if asked to."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("folder", type=Path, help="checked-out copy of the benchmark")
+    parser.add_argument("folder", type=Path, nargs="?", help="checked-out copy of the benchmark")
     parser.add_argument("--files", default="test_files", choices=("test_files", "train_files"))
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=KINDS)
     parser.add_argument("--demands", nargs="+", default=list(DEMANDS), choices=list(DEMANDS))
@@ -194,12 +250,20 @@ def main() -> None:
     parser.add_argument("--duration", type=float, default=1200.0, help="simulated time of each run [s]")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mixed-traffic", help="results folder")
+    parser.add_argument("--write", action="store_true", help="keep a row for each run, and renew the pages")
     given = parser.parse_args()
+    if given.folder is None:
+        write(pd.read_csv(KEPT, dtype={DEMAND: str}, keep_default_na=False, na_values=[""]))
+        return
     found = configurations(given.folder, given.files)
     found = found[found[KIND].isin(given.kinds) & found[DEMAND].isin(given.demands)]
     if given.names:
         found = found[found[NAME].isin(given.names)]
-    print_runs(simulate(drawn(found, given.draw, given.seed) if given.draw else found, given))
+    runs = simulate(drawn(found, given.draw, given.seed) if given.draw else found, given)
+    print_runs(runs)
+    if given.write:
+        runs.to_csv(KEPT, index=False)
+        write(runs)
 
 
 if __name__ == "__main__":

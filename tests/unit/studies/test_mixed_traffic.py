@@ -1,0 +1,52 @@
+"""Tables of the public benchmark of junctions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mixed_traffic as study
+import pandas as pd
+
+from loopgate.results import columns as c
+
+
+def one(name: str, rule: str, delay_s: float, **changed: object) -> dict[str, Any]:
+    """Return the row of a run."""
+    row = {study.KIND: "roundabout", study.DEMAND: "easy", study.NAME: name, study.RULE: rule}
+    figures = {c.STATUS: "ok", c.MEAN_DELAY: delay_s, c.ARRIVED: 10, c.COLLISIONS: 0, c.DEADLOCKS: 0}
+    known = {c.KEPT: True, c.SEED: 1, c.VEHICLES: 20, study.ORDINARY: 0}
+    return row | figures | known | changed
+
+
+GATE, OBEYED = "gate", "gate, lights obeyed"
+RUNS = pd.DataFrame(
+    [
+        *(one("a", study.SUMO, 30.0, **{c.DEADLOCKS: 1}), one("a", GATE, 10.0), one("a", OBEYED, 40.0)),
+        *(one("b", study.SUMO, 10.0), one("b", GATE, 10.0, **{study.ORDINARY: 5}), one("b", OBEYED, 5.0)),
+        *(one("c", study.SUMO, 90.0), one("c", GATE, 0.0, **{c.STATUS: "failed"}), one("c", OBEYED, 1.0)),
+    ]
+)
+
+
+def test_only_scenarios_that_all_rules_drove_count() -> None:
+    """In *c* the gate failed; an equal delay is not less."""
+    table = study.by_class(RUNS)
+    assert [*table["scenarios"]] == [2] * 6
+    assert [*table["delay [s]"]] == ["20", "10", "22"] * 2
+    assert [*table["less delay"]] == ["", "1", "1"] * 2
+    assert [*table["locked"]] == ["1", "0", "0"] * 2
+
+
+def test_the_readme_has_a_row_for_each_class() -> None:
+    """And one for all."""
+    short = study.in_short(RUNS)
+    assert [*short["junctions"]] == ["2 roundabouts", "all 2"]
+    assert [*short["gate: less delay"]] == ["1 of 2"] * 2
+
+
+def test_a_warning_tells_how_many_vehicles_are_not_gated() -> None:
+    """Each reason has a warning of its own."""
+    assert (
+        study._ordinary('["3 vehicles in ordinary traffic, first a", "1 vehicle in ordinary traffic"]') == 4
+    )
+    assert "take 5 of 60 vehicles, in 1 of 3 scenarios" in study.section(RUNS)
