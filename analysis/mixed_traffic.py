@@ -206,7 +206,7 @@ def section(runs: pd.DataFrame) -> str:
     said = f"""{len(runs)} runs of 20 minutes, seed {first[c.SEED]}, one state of the code.
 Delay: the mean over trips of the time lost on the way and waited to depart. *Locked*: runs with a deadlock.
 *Clean*: gated runs that kept what is promised. *Less delay*: scenarios with a smaller mean delay than under
-SUMO's rules. The gate cannot take {once[ORDINARY].sum()} of {once[c.VEHICLES].sum()} vehicles,
+SUMO's rules. The gate cannot take {once[ORDINARY].sum():.0f} of {once[c.VEHICLES].sum():.0f} vehicles,
 in {(once[ORDINARY] > 0).sum()} of {len(once)} scenarios: there is no space to change lanes, or to wait.
 These drive by SUMO's rules among the others; {apart} such runs lock up."""
     return f"{' '.join(said.split())}\n\n{markdown(by_class(runs))}"
