@@ -5,7 +5,9 @@ OpenStreetMap, each with trips of one to four demands. ``python analysis/mixed_t
 the scenarios of ``test_files`` in a checked-out copy for 20 minutes each: under SUMO's rules with the
 network's lights, and under the gate with lights off and obeyed. ``--files train_files --draw 12`` drives
 so many of either kind, drawn by ``--seed``, of the other part; ``--share 20`` puts so many in a hundred of
-the vehicles under the gate. Runs that are done are kept in ``out/mixed-traffic``, see ``--out``.
+the vehicles under the gate; what the table then says of the gate is about these alone. Runs that are done
+are kept in ``out/mixed-traffic``, see ``--out``.
+
 ``--write`` keeps a row for each run in ``analysis/tables/mixed-traffic.csv`` and renews the tables in the
 README and in ``docs/studies/throughput.md``; without a folder they are renewed from that file.
 """
@@ -22,7 +24,7 @@ from typing import Any, Final
 from xml.etree import ElementTree as ET
 
 import pandas as pd
-from any_traffic import EVERYONE, some_of
+from any_traffic import EVERYONE
 from frame_table import frame_table
 from rich.console import Console
 from sweep_runs import sweep_runs
@@ -111,7 +113,14 @@ def planned(scenarios: pd.DataFrame, given: argparse.Namespace) -> Iterator[tupl
             if routes is None:
                 sys.exit(f"{one.file}: its routes cannot be read")
             named = given.out / f"{one.kind}-{one.demand}-{one.scenario}-{given.share}-{given.seed}.txt"
-            who = {"who": str(some_of(routes, given.share, given.seed, named).resolve())}
+            names = [
+                vehicle.get("id", "")
+                for vehicle in ET.parse(routes).getroot().iter("vehicle")  # noqa: S314
+                if float(vehicle.get("depart", "0")) < given.duration
+            ]
+            some = Random(given.seed).sample(names, len(names) * given.share // EVERYONE)
+            named.write_text("\n".join(some) + "\n", encoding="utf-8")
+            who = {"who": str(named.resolve())}
         for rule in given.rules:
             gated = who if rule != SUMO else {}
             yield {"network": one.file, **RULES[rule], **gated}, one, rule
@@ -146,7 +155,8 @@ def by_class(runs: pd.DataFrame) -> pd.DataFrame:
     Means are over the scenarios that every rule drove. *Less delay* says in how many of them the mean delay
     was smaller than under SUMO's rules.
     """
-    whole = _delays(runs[runs[c.STATUS] == c.STATUS_OK]).dropna().index
+    driven = runs.assign(**{c.MEAN_DELAY: runs[c.MEAN_DELAY].where(runs[c.STATUS] == c.STATUS_OK)})
+    whole = _delays(driven).dropna().index
     done = runs.set_index(SCENARIO).loc[whole].reset_index()
     groups = [
         (done[(done[KIND] == kind) & (done[DEMAND] == name)], kind, name)

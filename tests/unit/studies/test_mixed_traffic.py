@@ -37,6 +37,12 @@ def test_only_scenarios_that_all_rules_drove_count() -> None:
     assert [*table["locked"]] == ["1", "0", "0"] * 2
 
 
+def test_a_rule_that_drove_nothing_leaves_nothing_to_compare() -> None:
+    """Its runs failed, all of them."""
+    failed = RUNS.assign(**{c.STATUS: RUNS[c.STATUS].where(RUNS[study.RULE] != GATE, "failed")})
+    assert study.by_class(failed).empty
+
+
 def test_the_readme_has_a_row_for_each_class() -> None:
     """And one for all."""
     short = study.in_short(RUNS)
