@@ -13,7 +13,7 @@ where no circle of full places arises (`docs/proofs/roads.md`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 from loopgate.control.chain import circle_from, closes_by_entering, closes_by_turning
@@ -35,12 +35,12 @@ def visits(leg: Leg) -> dict[Place, int]:
     return found
 
 
-def may_enter(leg: Leg, needed_m: float) -> bool:
+def may_enter(leg: Leg, needed_m: float, held: Mapping[Place, float]) -> bool:
     """Return whether a vehicle may join the line on a leg: with a slot, and no circle of full places closes.
 
-    `needed_m`: its length with its gap [m].
+    `needed_m`: its length with its gap [m]. `held`: the places in which its extra metres are kept already.
     """
-    return _may_keep(leg, needed_m, {}, 1, lambda: closes_by_entering(leg))
+    return _may_keep(leg, needed_m, held, 1, lambda: closes_by_entering(leg))
 
 
 def may_turn(vehicle: Vehicle, leg: Leg) -> bool:
@@ -50,7 +50,7 @@ def may_turn(vehicle: Vehicle, leg: Leg) -> bool:
 
 
 def _may_keep(
-    leg: Leg, needed_m: float, held: dict[Place, int], more: int, closes: Callable[[], bool]
+    leg: Leg, needed_m: float, held: Mapping[Place, float], more: int, closes: Callable[[], bool]
 ) -> bool:
     """Return whether a vehicle may keep its extra metres in all places from a leg on.
 
@@ -104,8 +104,35 @@ def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict
     return found
 
 
+def collect(
+    leg: Leg, needed_m: float, held: dict[Place, float], changed: Callable[[Place], None]
+) -> list[Place]:
+    """Keep the extra metres of a vehicle that waits to come in the places ahead where that can be done now.
+
+    Add these places to `held`, and return those that are still missing. So a vehicle that waits for many
+    places need not find all of them free at once. One vehicle at a time may do so: two could wait for each
+    other.
+    """
+    missing: list[Place] = []
+    for place in visits(leg):
+        extra_m = place.extra_m(needed_m)
+        if extra_m <= 0.0 or place in held:
+            continue
+        before, place.slots = place.slots, place.slots_with(place.credit_m + extra_m)
+        fits = len(place.bodies) <= place.slots
+        if fits and len(place.line) >= place.slots:
+            fits = place.slots == before or not circle_from(place)
+        place.slots = before
+        if fits:
+            held[place] = extra_m
+            _add(place, extra_m, changed)
+        else:
+            missing.append(place)
+    return missing
+
+
 def release(reserved: dict[Place, float], changed: Callable[[Place], None]) -> None:
-    """Undo `reserve`."""
+    """Undo `reserve` or `collect`."""
     for place, extra_m in reserved.items():
         _add(place, -extra_m, changed)
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from loopgate.abstraction.itinerary import Track
+from loopgate.control.credits import visits
 from loopgate.control.driving import Driving
 from loopgate.control.places import Leg, Place
 from loopgate.control.start import VehicleStart
@@ -112,6 +113,10 @@ class DepartureRules:
         """How often SUMO has not inserted a vehicle that was let in."""
         self._ahead: dict[str, dict[Place, float]] = {}
         """The places ahead of each vehicle that is tried, with their speed limits [m/s]."""
+        self._collector: VehicleStart | None = None
+        """The long vehicle for which room ahead is kept already."""
+        self._collected: dict[Place, float] = {}
+        """What is kept for it, by place [m]."""
         self._others = 0
         """Departures since a vehicle departed because it had waited longest."""
         loops = any(one.loop.closed for one in due) or bool(driving.ledger.vehicles)
@@ -136,7 +141,10 @@ class DepartureRules:
             if self._most and len(self._traffic.vehicles()) + len(driving.arrivals.coming) >= self._most:
                 break
             goes_on = one is longest or one.loop.closed or few or one.demand.led.goes_on
-            if one.place in tried or not (goes_on or not self._is_crowded(one)):
+            if one.place in tried:
+                continue
+            if not goes_on and self._is_crowded(one):
+                self._give_up(one)
                 continue
             tried.add(one.place)
             if self._let_in(one, now_s):
@@ -170,14 +178,41 @@ class DepartureRules:
         if now_s < self._tried_s.get(track.vehicle, now_s - again_s) + again_s:
             return False
         self._tried_s[track.vehicle] = now_s
-        if not driving.ledger.fits(leg, one.type.needed_m) or not self._admits(track):
+        held = self._collected if one is self._collector else {}
+        if not driving.ledger.fits(leg, one.type.needed_m, held):
+            self._collect(one, leg, now_s)
             return False
+        if not self._admits(track):
+            return False
+        self._give_up(one)
         driving.ledger.shut(leg.place)
         if not driving.arrivals.let_in(track, one.insertion, one.type.needed_m):
             return False
         self._outside[one.place, one.loop.closed].remove(one)
         self._ahead.pop(one.vehicle, None)
         return True
+
+    def _collect(self, one: VehicleStart, leg: Leg, now_s: float) -> None:
+        """Keep room ahead for a long vehicle that has waited `_LONG_S`, unless another collects room.
+
+        Where other vehicles keep driving into a place ahead, it is closed to them from time to time.
+        """
+        needed_m = one.type.needed_m
+        is_long = any(place.extra_m(needed_m) > 0.0 for place in visits(leg))
+        if self._collector is None and is_long and now_s >= one.demand.depart_s + _LONG_S:
+            self._collector = one
+        if one is not self._collector:
+            return
+        missing = self._driving.ledger.collect(leg, needed_m, self._collected)
+        if (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
+            for place in missing:
+                self._driving.ledger.shut(place)
+
+    def _give_up(self, one: VehicleStart) -> None:
+        """Keep no longer what was collected for a vehicle."""
+        if one is self._collector:
+            self._driving.ledger.release(self._collected)
+            self._collector, self._collected = None, {}
 
 
 def is_crowded(limits: dict[Place, float], crowding: Crowding = WITHOUT_LIGHTS) -> bool:

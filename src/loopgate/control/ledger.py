@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from heapq import heappop, heappush
 from math import inf
 from typing import Final
 
 from loopgate.control.chain import ChainGate, RoadGate
-from loopgate.control.credits import give_up, keep, left, may_enter, release, reserve
+from loopgate.control.credits import collect, give_up, keep, left, may_enter, release, reserve
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import (
     POINT,
@@ -29,6 +29,8 @@ REFUSED: Final = "refused"
 LEFT: Final = "left"
 TRESPASSED: Final = "trespassed"
 BRAKES: Final = "brakes"
+
+_NOTHING: Final[dict[Place, float]] = {}
 
 
 class Holdings:
@@ -128,19 +130,23 @@ class Holdings:
         self._gave_back = True
         self._wake_watchers(vehicle, inf)
 
-    def fits(self, leg: Leg, needed_m: float = 0.0) -> bool:
+    def fits(self, leg: Leg, needed_m: float = 0.0, held: Mapping[Place, float] = _NOTHING) -> bool:
         """Return whether a vehicle may join the line on a leg: open, with a slot, and no circle closes.
 
-        `needed_m`: its length with its gap [m].
+        `needed_m`: its length with its gap [m]. `held`: what `collect` has kept for it.
         """
-        return not leg.place.closed and may_enter(leg, needed_m)
+        return not leg.place.closed and may_enter(leg, needed_m, held)
 
     def reserve(self, leg: Leg, needed_m: float) -> dict[Place, float]:
         """Keep the extra metres of a vehicle that is about to join on a leg, until `release`."""
         return reserve(leg, needed_m, self._slots_changed)
 
+    def collect(self, leg: Leg, needed_m: float, held: dict[Place, float]) -> list[Place]:
+        """Keep the extra metres of a vehicle that waits to join, where it can; return what lacks."""
+        return collect(leg, needed_m, held, self._slots_changed)
+
     def release(self, reserved: dict[Place, float]) -> None:
-        """Keep no longer what `reserve` has returned."""
+        """Keep no longer what `reserve` has returned, or `collect` has kept."""
         release(reserved, self._slots_changed)
 
     def keep_ahead(self, vehicle: Vehicle) -> None:

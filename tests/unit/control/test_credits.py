@@ -124,3 +124,31 @@ def test_a_long_vehicle_turns_only_to_where_its_metres_fit() -> None:
     assert may_turn_off(bus, new[0])
     turn_off(ledger, bus, new[0], BUS, 0.0)
     assert (a.slots, b.slots, c.slots) == (6, 8, 6)
+
+
+def test_room_is_collected_place_by_place() -> None:
+    """Two places are never free at once; what is kept in one stays kept until the other is free, too."""
+    a, b, c, away = place("a"), place("b"), place("c"), Place("away", 9)
+    path = path_of([c, b, a, away], closed=False)
+    ledger, held = Ledger(usual()), dict[Place, float]()
+    there = put(ledger, path, 7, position=2)
+    assert ledger.collect(path[0], BUS_M, held) == [a]
+    assert (a.slots, b.slots, c.slots) == (8, 6, 6)
+    put(ledger, path, 6, position=1)
+    ledger.leave(there[0])
+    assert not ledger.fits(path[0], BUS_M, {})
+    assert ledger.collect(path[0], BUS_M, held) == []
+    assert (a.slots, held) == (6, {c: 13.0, b: 13.0, a: 13.0})
+    assert ledger.fits(path[0], BUS_M, held)
+    ledger.release(held)
+    assert (a.slots, b.slots, c.slots) == (8, 8, 8)
+
+
+def test_nothing_is_collected_where_a_circle_would_close() -> None:
+    """Six in each of two places that want the other place."""
+    a, b, c, away = place("a"), place("b"), place("c"), Place("away", 9)
+    ledger, held = Ledger(usual()), dict[Place, float]()
+    for some in ([a, b], [b, a]):
+        put(ledger, path_of(some, closed=True), 6)
+    assert ledger.collect(path_of([c, a, b, away], closed=False)[0], BUS_M, held) == [b]
+    assert (a.slots, b.slots, c.slots) == (6, 8, 6)
