@@ -84,6 +84,9 @@ def test_help_of_a_run_is_short_and_all_of_it_is_one_option_away() -> None:
     [
         ("run n.net.xml --step 0.5", "--step-length"),
         ("run n.net.xml --duration 10minutes", "10min"),
+        ("run n.net.xml --begin 9.30am", "h:m"),
+        ("run n.net.xml --duration 9:30", "h:m:s"),
+        ("loops n.net.xml --vehicles 4", "loopgate run"),
         ("explore s.json", "loopgate study explore"),
     ],
 )
@@ -99,6 +102,9 @@ def test_times_are_read_as_people_write_them() -> None:
     (duration,) = (param for param in run.params if param.name == "duration_s")
     for text, time_s in {"600": 600.0, "10min": 600.0, "0:10:00": 600.0, "1.5h": 5400.0, "90s": 90.0}.items():
         assert duration.type.convert(text, duration, None) == time_s
+    (begin,) = (param for param in run.params if param.name == "begin_s")
+    for text, time_s in {"9:30": 34200.0, "9:30:15": 34215.0, "60": 60.0, "1.5h": 5400.0}.items():
+        assert begin.type.convert(text, begin, None) == time_s
 
 
 def test_the_command_is_a_module_too() -> None:

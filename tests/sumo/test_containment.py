@@ -177,9 +177,9 @@ def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
         (tmp_path / "run").rename(tmp_path / "runs" / f"{seed}")
     for folder in (tmp_path / "runs" / "1", tmp_path / "runs"):
         page = write_report(read_results(folder), tmp_path / f"{folder.name}.html").page.read_text("utf-8")
-        assert "Incidents in a run: closures 2, breakdowns 1, vehicles led round them" in page
-        assert "3 planned incidents" in page  # of each series
-        assert "Black and dashed: closed or blocked for a time." in page
+        assert "Incidents in a run: closed edges 2, breakdowns 1, vehicles led round them" in page
+        assert "2 closed edges and 1 breakdown" in page  # of each series
+        assert "Dashed: closed or blocked for a time." in page
     assert read_run_row(tmp_path / "runs" / "1").row["closures"] == 2
 
 

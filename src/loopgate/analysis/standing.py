@@ -20,10 +20,10 @@ _SINK = {c.WAITS_FOR: "behind", c.LANE: "lane", c.CAUSE: "why", c.FROM: "noticed
 def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     """Return the blocked places (closed to vehicles because something stands there), by time.
 
-    One row per place: `PLACE`, `CAUSE` (closed, breakdown, stop or trapped), `VEHICLE` (that stands there;
-    empty for a closed place), `FROM` and `UNTIL` [s] (the latter missing if still blocked at the end),
-    `UNWATCHED` (streets of loops through the place that no vehicle entered meanwhile, with the time of the
-    last visit).
+    One row per place: `PLACE`, `STREET` (its name, if it has one), `CAUSE` (closed, breakdown, stop or
+    trapped), `VEHICLE` (that stands there; empty for a closed place), `FROM` and `UNTIL` [s] (the latter
+    missing if still blocked at the end), `UNWATCHED` (streets of loops through the place that no vehicle
+    entered meanwhile, with the time of the last visit).
 
     Parameters
     ----------
@@ -40,10 +40,11 @@ def compute_blocked(*, summary: Mapping[str, Any]) -> pd.DataFrame:
     every = summary.get("standing", {}).get("blocked", ())
     rows = (
         {name: one[key] for name, key in _BLOCKED.items()}
+        | {c.STREET: one.get("street", "")}
         | {c.UNWATCHED: ", ".join(f"{e} since {s:g} s" for e, s in one.get("unwatched", {}).items())}
         for one in every
     )
-    return table(rows, [*_BLOCKED, c.UNWATCHED])
+    return table(rows, [*_BLOCKED, c.STREET, c.UNWATCHED])
 
 
 def edge_of(place: str) -> str:

@@ -294,6 +294,7 @@ def _check_together(wish: LoopsWish) -> None:
         other = "random loops, not to --cover"
     for option in (name for name, value in strange.items() if value is not None):
         msg = f"{option} belongs to {other}"
+        msg += "; give 'loopgate run' the number on random loops" if option == "--vehicles" else ""
         raise click.UsageError(msg)
     if wish.both_sides is not None and not wish.either_way:
         msg = "--both-sides belongs to --either-way; without --either-way both directions are covered"

@@ -94,21 +94,25 @@ _UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
 
 
 class _Time(click.ParamType[float]):
-    """A time: seconds, or ``h:m:s`` as in SUMO, or with a unit, as ``10min``."""
+    """A time: seconds, ``h:m:s`` as in SUMO, or with a unit, as ``10min``; a begin may be ``9:30``."""
 
     name = "time"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from loopgate.network.clock import seconds  # needs the room of networks, and help should not
+        # Needs the room of networks, and help should not.
+        from loopgate.network.clock import seconds, time_of_day
 
         text = str(value).strip()
         with suppress(ValueError):
             return float(text)
         unit = next((unit for unit in ("min", "h", "s") if text.endswith(unit)), "")
+        begins = param is not None and param.name == "begin_s"
+        read = time_of_day if begins and not unit else seconds
         try:
-            return seconds(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
+            return read(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
         except ValueError:
-            self.fail(f"{text!r} is no time; write seconds, h:m:s, 10min or 1.5h", param, ctx)
+            ways = "h:m, h:m:s or seconds" if begins else "seconds, h:m:s, 10min or 1.5h"
+            self.fail(f"{text!r} is no time; write {ways}", param, ctx)
 
 
 OPTIONS = options()

@@ -30,6 +30,18 @@ def seconds(text: str) -> float:
     return total
 
 
+def time_of_day(text: str) -> float:
+    """Return a time in seconds as `seconds` does, or a time of day ``h:m``, such as ``9:30``.
+
+    Raises `ValueError` if the text is neither.
+    """
+    try:
+        return seconds(f"{text}:00" if text.count(":") == 1 else text)
+    except ValueError:
+        msg = f"{text!r} is no time of day; expected h:m, h:m:s or seconds"
+        raise ValueError(msg) from None
+
+
 def time_of(element: ET.Element, attribute: str, what: str, *, why: str = "") -> float | None:
     """Return the time of an attribute, at least 0 [s]; None if the attribute is missing.
 

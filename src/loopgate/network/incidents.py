@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from loopgate.errors import ScenarioError
-from loopgate.network.clock import seconds
+from loopgate.network.clock import time_of_day
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import check_keys, meant, read_toml, shown
 
@@ -66,8 +66,8 @@ def read_incidents(network: RoadNetwork, file: Path | str, vehicles: Collection[
     """Read a TOML file of closures and breakdowns.
 
     Each entry of ``[[closures]]`` has ``edge``, ``street`` or ``lane``, each of ``[[breakdowns]]`` has
-    ``vehicle``; both have ``from`` and may have ``to``, in seconds or as ``h:m:s``. Without ``to`` it lasts
-    to the end. ``street`` closes all edges with this name.
+    ``vehicle``; both have ``from`` and may have ``to``, in seconds or as ``h:m`` or ``h:m:s``. Without ``to``
+    it lasts to the end. ``street`` closes all edges with this name.
 
     Parameters
     ----------
@@ -135,9 +135,9 @@ def _times(one: Mapping[str, Any], what: str) -> tuple[float, float]:
     for key, default in (("from", None), ("to", math.inf)):
         said = one.get(key, default)
         try:
-            found.append(math.inf if said == math.inf else seconds(str(said)))
+            found.append(math.inf if said == math.inf else time_of_day(str(said)))
         except ValueError as error:
-            msg = f"{what}: {key} is {shown(said)}; expected seconds or h:m:s"
+            msg = f"{what}: {key} is {shown(said)}; expected h:m, h:m:s or seconds"
             raise ScenarioError(msg) from error
     if not found[0] < found[1]:
         msg = f"{what}: it ends at {found[1]:g} s, but begins at {found[0]:g} s"

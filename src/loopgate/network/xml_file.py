@@ -16,6 +16,7 @@ _WAYS_OUT = {
     "osm": "make a network of OpenStreetMap's data first: netconvert --osm-files FILE -o NAME.net.xml",
     "routes": "this one holds routes: give the network as NETWORK and this file as --routes",
     "net": "this one is a network: it goes first, as NETWORK; 'loopgate loops NETWORK -o FILE' makes routes",
+    "fcd-export": "this one is FCD output: 'loopgate read-fcd FCD NETWORK -o FOLDER' reads it",
     "additional": "this one holds additional elements, such as stops: name it in a .sumocfg",
     "configuration": "this one is a configuration: its name should end in .sumocfg or .sumo.cfg",
 }

@@ -1,6 +1,7 @@
 """Figures of how runs went: over time, by the cause of waiting, by junction, and along a loop."""
 
 from collections.abc import Mapping, Sequence
+from math import ceil, floor
 from typing import Any
 
 import altair as alt
@@ -23,13 +24,26 @@ _SAID: Mapping[str, str] = {
     c.STOOD_H: "vehicle-hours stood so far",
 }
 _TIME_AXIS = {False: "simulated time [s]", True: "time of day"}
-_CLOCK: Mapping[bool, Mapping[str, Any]] = {
-    False: {},
-    True: {"labelExpr": "utcFormat(datum.value * 1000, '%-H:%M:%S')"},
-}
+_TICKS_MIN = 1, 2, 5, 10, 15, 30, 60, 120, 180, 360, 720, 1440
+_MOST_TICKS = 8
 _RANKED = c.MOVEMENT, c.JUNCTION, c.REASON, c.CAUSE, c.STREET, c.EDGE
 _RANKED_BY = c.LOST, c.STOOD, c.WAIT, c.MOST, c.WORST_IDLENESS
 """What bars may stand for, and their lengths, the first of each that a table has."""
+
+
+def _time_axis(times_s: pd.Series, *, clock: bool) -> alt.Axis:
+    """Return the axis of times; on times of day the ticks are at full minutes, quarters or hours."""
+    if not clock or times_s.empty:
+        return alt.Axis()
+    if times_s.max() - times_s.min() < 2 * 60.0 * _TICKS_MIN[0]:
+        return alt.Axis(labelExpr="utcFormat(datum.value * 1000, '%-H:%M:%S')")
+    first_min, last_min = float(times_s.min()) / 60.0, float(times_s.max()) / 60.0
+    enough = (one for one in _TICKS_MIN if (last_min - first_min) / one < _MOST_TICKS)
+    step_min = next(enough, _TICKS_MIN[-1])
+    ticks = range(ceil(first_min / step_min), floor(last_min / step_min) + 1)
+    return alt.Axis(
+        labelExpr="utcFormat(datum.value * 1000, '%-H:%M')", values=[60 * step_min * tick for tick in ticks]
+    )
 
 
 def plot_flow(
@@ -74,7 +88,7 @@ def plot_flow(
         # The panels share the time: its name stands below the last.
         title: Any = _TIME_AXIS[clock] if column == what[-1] else None
         scale = alt.Scale(nice=False, zero=False)
-        x = alt.X(f"{c.TIME}:Q", title=title, scale=scale, axis=alt.Axis(**_CLOCK[clock]))
+        x = alt.X(f"{c.TIME}:Q", title=title, scale=scale, axis=_time_axis(flow[c.TIME], clock=clock))
         # A figure that is 0 all the time is a line at the foot of its panel.
         flat = not flow[column].gt(0).any()
         scale = alt.Scale(domain=[0, 1]) if flat else alt.Scale(zero=True)
@@ -185,7 +199,7 @@ def plot_time_space(points: pd.DataFrame, *, clock: bool = False) -> Chart:
                 f"{c.TIME}:Q",
                 title=_TIME_AXIS[clock],
                 scale=alt.Scale(nice=False, zero=False),
-                axis=alt.Axis(**_CLOCK[clock]),
+                axis=_time_axis(points[c.TIME], clock=clock),
             ),
             y=alt.Y(f"{c.POSITION}:Q", title="place on the loop [m]"),
             color=alt.Color(f"{c.VEHICLE}:N", legend=None),

@@ -649,8 +649,9 @@ def _roads(content: Content, runs: pd.DataFrame, blocked: Collection[str]) -> No
         ("idleness-map", "Idleness of edges on loops", c.IDLENESS, "idleness per edge [s]"),
     ):
         if column in edges and edges[column].gt(0).any():
-            caption = f"With {count} vehicles, mean over runs; broad and strong is much. Loops only."
-            caption += " Black and dashed: closed or blocked for a time." if blocked else ""
+            caption = f"With {count} vehicles, mean over runs; broad and strong is much."
+            caption += " Loops only." if runs[c.LOOPS].gt(0).any() else ""
+            caption += " Dashed: closed or blocked for a time." if blocked else ""
             of_map: dict[str, Any] = {"value": column, "label": label, "blocked": sorted(blocked)}
             content.figure(name, title, caption, plots.plot_edges, "edges", **of_map)
 

@@ -162,6 +162,10 @@ def _service(tables: Mapping[str, pd.DataFrame], begins_s: float) -> list[str]:
         )
     if "blocked" in tables:
         blocked = tables["blocked"]
+        blocked = blocked.assign(
+            **{c.PLACE: blocked[c.STREET].where(blocked[c.STREET] != "", blocked[c.PLACE])}
+        )
+        blocked = blocked.drop_duplicates([c.PLACE, c.CAUSE, c.FROM, c.UNTIL])  # a street has many lanes
         when = clock if begins_s > 0.0 else lambda time_s: f"{number(time_s)} s"
         parts = [
             f"{row[c.PLACE]} ({row[c.CAUSE]}) from {when(row[c.FROM])} "
@@ -308,7 +312,8 @@ def _watching(runs: pd.DataFrame, count: int) -> list[str]:
             missed = f", up to {never:g} edges never" if never > 0 else ""
             said = f"{number(mean)} s on average, {number(worst)} s at worst{missed}"
             parts.append(f"{_said(str(series))} {said}")
-    told = f"How long edges on loops wait for a visit with {count} vehicles: {'; '.join(parts)}."
+    where = "edges on loops" if runs[c.LOOPS].gt(0).any() else "edges that vehicles drive on"
+    told = f"How long {where} wait for a visit with {count} vehicles: {'; '.join(parts)}."
     return [told] if parts else []
 
 
@@ -324,7 +329,9 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
         audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
         starving = int(group[c.STARVING].sum()) if c.STARVING in group else 0
         starved = f", {counted(starving, 'vehicle')} starved" if starving else ""
-        stood = sum(int(group[name].fillna(0).sum()) for name in (c.CLOSURES, c.BREAKDOWNS) if name in group)
-        incidents = f", with {counted(stood, 'planned incident')}" if stood else ""
+        kinds = (c.CLOSURES, "closed edge"), (c.BREAKDOWNS, "breakdown")
+        planned = [(int(group[name].fillna(0).sum()), noun) for name, noun in kinds if name in group]
+        incidents = " and ".join(counted(number, noun) for number, noun in planned if number)
+        incidents = f", with {incidents}" if incidents else ""
         parts.append(f"{_said(str(series))} {mishaps}{starved}{audit}{incidents}")
     return [f"What must not happen: {'; '.join(parts)}."]

@@ -13,6 +13,7 @@ from loopgate.results import columns as c
 from loopgate.results.columns import SERIES
 from loopgate.results.headings import clock
 
+_READ = "loopgate read-fcd "
 _DEFINED = (
     "Throughput is the distance that all vehicles drove, divided by the time measured; mean speed is this "
     "distance divided by the time that vehicles were on the road. A run locks up when vehicles wait for each "
@@ -27,7 +28,12 @@ _OF_WATCH = (
 
 def methods(section: Section, failed: int) -> str:
     """Return the paragraph; `failed` runs of the whole report are left out of its figures."""
-    runs = section.runs
+    every = section.runs
+    read = every[c.COMMAND].fillna("").str.startswith(_READ) if c.COMMAND in every else every[c.SEED].isna()
+    runs = every[~read]
+    told = [_of_fcd(section.network, every[read])] if read.any() else []
+    if runs.empty:
+        return " ".join([*told, _DEFINED if section.watch is None else _OF_WATCH])
     on = f" on {_values(runs, c.LOOPS)} loops" if runs[c.LOOPS].gt(0).any() else ""
     seeds = runs[c.SEED].nunique()
     sumo, own = _values(runs, c.SUMO_VERSION), _values(runs, c.LOOPGATE_VERSION)
@@ -46,9 +52,23 @@ def methods(section: Section, failed: int) -> str:
         *asked.incidents(),
         _incidents(runs),
         "Runs of equal seeds have equal loops and starts." if len(runs) > 1 else "",
+        *told,
         _DEFINED if section.watch is None else _OF_WATCH,
     ]
     return " ".join(filter(None, parts))
+
+
+def _of_fcd(network: str, runs: pd.DataFrame) -> str:
+    """Return the sentences about simulations that were read from their FCD output; nobody else knows them."""
+    what = "a simulation" if len(runs) == 1 else f"{len(runs)} simulations"
+    vehicles, measured = _values(runs, c.VEHICLES), _values(runs, c.DURATION)
+    return (
+        f"Traffic in the road network {network} is that of {what} by Eclipse SUMO without a gate (Lopez et "
+        f"al. 2018), read from FCD output by loopgate {_values(runs, c.LOOPGATE_VERSION)}: {vehicles} "
+        f"vehicles in {measured} s. FCD output holds neither lengths, stops, lights nor collisions: vehicles "
+        "are taken to be 5 m long, to depart with the rear at the begin of a lane, and to arrive at the end "
+        "of one."
+    )
 
 
 def assumed(section: Section) -> str:
@@ -163,7 +183,7 @@ def _named(names: Sequence[str]) -> str:
 
 def _incidents(runs: pd.DataFrame) -> str:
     """Return the sentence about streets that were closed and vehicles that broke down; empty without any."""
-    nouns = {c.CLOSURES: "closures", c.BREAKDOWNS: "breakdowns", c.LED_ROUND: "vehicles led round them"}
+    nouns = {c.CLOSURES: "closed edges", c.BREAKDOWNS: "breakdowns", c.LED_ROUND: "vehicles led round them"}
     counts = {name: runs[name].fillna(0) for name in nouns if name in runs}
     said = [f"{nouns[name]} {_many(some)}" for name, some in counts.items() if some.gt(0).any()]
     return f"Incidents in a run: {', '.join(said)}." if said else ""

@@ -6,6 +6,7 @@ from typing import Any, Final, NamedTuple
 from loopgate.errors import ResultsError
 from loopgate.reading import counted, refusing
 from loopgate.results.columns import NOT_GATED, STRANGE
+from loopgate.results.headings import clock
 
 Summary = Mapping[str, Any]
 """The content of ``summary.json``."""
@@ -151,9 +152,13 @@ def _blocked(summary: Summary) -> Rows:
     standing = summary.get("standing")
     if not standing or not standing["blocked"]:
         return []
-    first, *more = standing["blocked"]
-    text = f"{first['place']} ({first['why']}) from {first['from_s']:.0f} s"
-    text += f" to {first['to_s']:.0f} s" if first["to_s"] is not None else " on"
+    when = clock if summary.get("begins_s") else lambda time_s: f"{time_s:.0f} s"
+    told = (
+        f"{one.get('street') or one['place']} ({one['why']}) from {when(one['from_s'])}"
+        + (f" to {when(one['to_s'])}" if one["to_s"] is not None else " on")
+        for one in standing["blocked"]
+    )
+    text, *more = dict.fromkeys(told)  # a street has many lanes
     others = f", and {len(more)} more" if more else ""
     return [("blocked", f"{text}{others}; {counted(standing['led_round'], 'vehicle')} led round")]
 
@@ -437,7 +442,7 @@ FIGURES: Final[tuple[Figure, ...]] = (
     ),
     Figure(
         "standing",
-        "`blocked` places with `why`, `vehicle`, `from_s`, `to_s` and `unwatched` streets; "
+        "`blocked` places with `street`, `why`, `vehicle`, `from_s`, `to_s` and `unwatched` streets; "
         "vehicles `led_round`, in how many `turns`; loops with `no_way_round`",
         _blocked,
     ),

@@ -11,6 +11,7 @@ from typing import Any, Protocol
 import pandas as pd
 
 from loopgate.analysis.junctions import FREE, LIT, queue_figures
+from loopgate.analysis.standing import edge_of
 from loopgate.analysis.stops import compute_stops
 from loopgate.audit import audit_events, audit_positions, read_layout
 from loopgate.audit.layout import LoopLeg
@@ -385,6 +386,9 @@ def sum_up(
         events = read_events(folder / run_folder.EVENTS, (Event.EDGE,))
         period = {"begin_s": course.begin_s, "end_s": course.end_s}
         note_unwatched(standing["blocked"], tracks, events, **period)
+        for one in standing["blocked"]:
+            edge = assembly.network.edges.get(edge_of(one["place"]))
+            one["street"] = edge.street if edge else ""
     summary |= told
     if scenario.traffic or assembly.others:
         summary["collisions_by_others"] = sum(one.erred == "ordinary" for one in course.verdicts)
@@ -520,7 +524,8 @@ def _movements(
     alike = Counter(one[MOVEMENT] for one in found.values())
     for (before, after), one in found.items():
         if alike[one[MOVEMENT]] > 1:  # several junctions of one street
-            one[MOVEMENT] = f"{before} → {after}, {one[MOVEMENT]}"
+            way = named[before] if named[before] == named[after] else one[MOVEMENT]
+            one[MOVEMENT] = f"{way} ({before} → {after})"
     return list(found.values())
 
 

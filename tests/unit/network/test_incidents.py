@@ -70,6 +70,23 @@ def test_a_street_by_its_name_closes_all_its_edges(tmp_path: Path) -> None:
         read_streets(network, "Long Line", "passenger", option="--via")
 
 
+def test_a_street_that_a_class_may_not_use_is_not_offered_for_itself() -> None:
+    """The message says that it is closed; streets like it are meant only where they are open."""
+    network = copy(NETWORK)
+    lanes = tuple(replace(lane, allowed=frozenset({"pedestrian"})) for lane in NETWORK.edges["s1"].lanes)
+    edges = {"s1": replace(NETWORK.edges["s1"], street="Steps", lanes=lanes)}
+    network.edges = MappingProxyType({**NETWORK.edges, **edges})
+    with pytest.raises(RouteError, match=r"'Steps': street Steps of .* is closed to bus") as error:
+        read_streets(network, "Steps", "bus", option="--via")
+    assert "did you mean" not in str(error.value)
+
+
+def test_a_closure_begins_at_a_time_of_day(tmp_path: Path) -> None:
+    """Two parts are hours and minutes, as on a clock."""
+    file = written(tmp_path, '[[closures]]\nedge = "s1"\nfrom = "10:00"\nto = "11:30"\n')
+    assert read_incidents(NETWORK, file, set()).closures == (Closure("s1", "", 36000.0, 41400.0),)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -79,8 +96,8 @@ def test_a_street_by_its_name_closes_all_its_edges(tmp_path: Path) -> None:
             '[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0',
             "give the edge or the street that is closed, or one lane",
         ),
-        ('[[closures]]\nedge = "s1"', "from is None; expected seconds or h:m:s"),
-        ('[[closures]]\nedge = "s1"\nfrom = "10:00"', "from is '10:00'; expected seconds or h:m:s"),
+        ('[[closures]]\nedge = "s1"', "from is None; expected h:m, h:m:s or seconds"),
+        ('[[closures]]\nedge = "s1"\nfrom = "10.00 h"', "from is '10.00 h'; expected h:m, h:m:s or seconds"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nto = 3', "it ends at 3 s, but begins at 9 s"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nwhy = "works"', "why"),
         ('[[breakdowns]]\nvehicle = "c"\nfrom = 9', "expected the name of a vehicle on a loop, as a, b"),

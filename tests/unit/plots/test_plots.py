@@ -11,8 +11,9 @@ import pandas as pd
 import pytest
 
 from loopgate.analysis import compute_mean, compute_survival
-from loopgate.plots import figure_svg, plot_edges, plot_mean, plot_ranked, plot_survival
+from loopgate.plots import figure_svg, plot_edges, plot_flow, plot_mean, plot_ranked, plot_survival
 from loopgate.plots.charts import Chart
+from loopgate.plots.course import OVER_TIME
 from loopgate.plots.style import DARK, LIGHT, MAX_SERIES
 
 # Machado, Oliveira and Fernandes 2009, severity 1: how those who lack a kind of cone see linear RGB.
@@ -132,3 +133,10 @@ def test_a_map_names_streets_where_the_network_does() -> None:
     for names, fields in (({}, ["edge", "value"]), ({"street": "High Street"}, ["street", "edge", "value"])):
         spec = plot_edges(edges.assign(**names), "idleness_s").to_dict()["spec"]
         assert [field["field"] for field in spec["encoding"]["tooltip"]] == fields
+
+
+def test_ticks_on_times_of_day_are_at_full_quarters() -> None:
+    """As on a clock, and not at multiples of a thousand seconds."""
+    over = pd.DataFrame(0.0, index=range(2), columns=list(OVER_TIME)).assign(time_s=[34260.0, 41400.0])
+    panel = plot_flow(over, clock=True).to_dict()["vconcat"][0]["layer"][0]
+    assert panel["encoding"]["x"]["axis"]["values"] == [900 * quarter for quarter in range(39, 47)]

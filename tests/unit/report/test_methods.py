@@ -56,6 +56,14 @@ def test_methods_name_stops_flows_drivers_and_closures() -> None:
     assert "says;" not in plain
 
 
+def test_methods_of_fcd_output_claim_nothing_about_its_simulation() -> None:
+    """Neither loops, seed, version nor rules: loopgate saw only the output."""
+    runs = pd.DataFrame([RUN | {"gate": "open", "command": "loopgate read-fcd a.xml town.net.xml -o out"}])
+    text = methods(Section("town", runs, 6, [], [], ["SUMO's rules"], [], ""), 0)
+    assert "read from FCD output by loopgate 0.1: 6 vehicles in 600 s" in text
+    assert not [said for said in ("searched", "seed", "1.28.0", "Rules:", "step") if said in text]
+
+
 def test_what_is_assumed_follows_the_rules() -> None:
     """A promise of the gate under a gate only; ordinary traffic only where there is any."""
     text = assumed(section(drivers="machine", traffic="t.rou.xml", incidents="shut.toml"))

@@ -54,10 +54,13 @@ def read_streets(
         corners = [corner.split(",") for corner in wish.split()]
         if corners and all(len(corner) > 1 and not math.isnan(as_number(corner[0])) for corner in corners):
             return _inside(network, (vclass,), [_polygon(wish, f"{option} {shown(wish)}")], "the polygon")
+        if network.on_street(missing):
+            msg = f"{option} {shown(wish)}: street {missing} of {network.name} is closed to {vclass}"
+            raise RouteError(msg)
         msg = (
             f"{option} {shown(wish)}: no such file, and no edge or street {missing or wish} open to {vclass} "
             f"in {network.name}; it takes a file, EDGE,EDGE,..., names of streets, or the corners of a "
-            f"polygon: x,y x,y x,y{meant(missing, network.names())}"
+            f"polygon: x,y x,y x,y{meant(missing, _open_names(network, vclass))}"
         )
         raise RouteError(msg)
     with refusing(wish, "list of streets", RouteError, wrong="not a list of edges"):
@@ -67,12 +70,18 @@ def read_streets(
     edges, missing = listed(text.splitlines())
     if missing:
         msg = f"{wish}: edge or street {missing} open to {vclass} is not in the network {network.name}; "
-        msg += f"correct it or leave it out{meant(missing, network.names())}"
+        msg += f"correct it or leave it out{meant(missing, _open_names(network, vclass))}"
         raise RouteError(msg)
     if not edges:
         msg = f"{wish}: no edges in it; expected their names, one a line"
         raise RouteError(msg)
     return tuple(edges)
+
+
+def _open_names(network: RoadNetwork, vclass: str) -> dict[str, None]:
+    """Return the names of edges and streets that a class may use, for "did you mean"."""
+    edges = [edge for edge in network.edges.values() if edge.allows(vclass)]
+    return dict.fromkeys([*(edge.id for edge in edges), *(edge.street for edge in edges if edge.street)])
 
 
 def _listed(

@@ -15,6 +15,7 @@ from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
 from loopgate.network.trips import one_round
+from loopgate.reading import shown
 from loopgate.results.columns import Event
 from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
@@ -109,6 +110,10 @@ class Attached:
             If a vehicle is unknown to SUMO, is under another gate, has a route that is not closed or cannot
             work, or a type that gates refuse; the message names vehicle and reason. Then no vehicle is added.
         """
+        for vehicle in vehicles:
+            if not isinstance(vehicle, str):
+                msg = f"add takes names of vehicles; found {shown(vehicle)}; of a list: gate.add(*names)"
+                raise TrafficError(msg)
         known = self._known
         for other in (one for one in _OPEN if one is not self and one.connection is self.connection):
             for vehicle in other._known & set(vehicles):  # noqa: SLF001  of the same class
