@@ -524,8 +524,8 @@ def _movements(
     alike = Counter(one[MOVEMENT] for one in found.values())
     for (before, after), one in found.items():
         if alike[one[MOVEMENT]] > 1:  # several junctions of one street
-            way = named[before] if named[before] == named[after] else one[MOVEMENT]
-            one[MOVEMENT] = f"{way} ({before} → {after})"
+            street = named[before] if named[before] == named[after] else one[MOVEMENT]
+            one[MOVEMENT] = f"{street} ({before} → {after})"
     return list(found.values())
 
 

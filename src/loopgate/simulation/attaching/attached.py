@@ -110,9 +110,10 @@ class Attached:
             If a vehicle is unknown to SUMO, is under another gate, has a route that is not closed or cannot
             work, or a type that gates refuse; the message names vehicle and reason. Then no vehicle is added.
         """
-        for vehicle in vehicles:
-            if not isinstance(vehicle, str):
-                msg = f"add takes names of vehicles; found {shown(vehicle)}; of a list: gate.add(*names)"
+        given: tuple[object, ...] = vehicles
+        for name in given:
+            if not isinstance(name, str):
+                msg = f"add takes names of vehicles; found {shown(name)}; of a list: gate.add(*names)"
                 raise TrafficError(msg)
         known = self._known
         for other in (one for one in _OPEN if one is not self and one.connection is self.connection):
