@@ -69,6 +69,8 @@ class Film:
         Time between two frames [s].
     """
 
+    knows_sizes = False
+
     def __init__(self, network: RoadNetwork, step_s: float) -> None:
         self._network, self.step_s = network, step_s
         self.now_s = 0.0

@@ -47,6 +47,9 @@ _BEHIND_M, _AHEAD_M, _APPROACH_M = 20.0, 30.0, 100.0
 """What can matter to a standing driver: vehicles beside within the first two distances, and the next vehicle
 on a lane within the third [m]."""
 
+_LONGEST_M = 20.0
+"""No vehicle is longer, where lengths are not known [m]."""
+
 _LEVEL_M, _FOLLOWS_M, _LETS_IN_M = 0.05, 1.2, 0.09
 """Two vehicles are level whose fronts differ by less than the first. Who must change lanes follows the next
 vehicle on the other lane at most the second beyond the minimum gap behind it, and stops 1 m behind that.
@@ -81,7 +84,12 @@ class LeadsOn(NamedTuple):
 
 
 class Road(Protocol):
-    """The interface of a running or played-back simulation that `RoadWaits` needs."""
+    """The interface of a running or played-back simulation that `RoadWaits` needs.
+
+    `knows_sizes`: whether `size` is that of each vehicle.
+    """
+
+    knows_sizes: bool
 
     def on_lanes(self) -> Iterable[tuple[str, str, float]]:
         """Yield each vehicle on the road with the lane and the position of its front [m]."""
@@ -661,17 +669,22 @@ class RoadWaits:
                 for inside in way.via:
                     found.update(one.vehicle for one in self._bodies.get(inside, ()))
                 if leaving:
+                    found.update(self._maybe_inside(way.to_edge))
                     continue
                 found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
         for way in self._ways(vehicle, lane):
-            for beside in self._network.edges[way.to_edge].lanes:  # its rear may be inside, on any way
-                first = self._bodies.get(beside.id, ())[:1]
-                found.update(one.vehicle for one in first if leaving and one.front_m < _AHEAD_M)
             beyond = self._beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
             found.update(one.vehicle for one, _ in islice(beyond, 1))
         return found
+
+    def _maybe_inside(self, exit_edge: str) -> Iterator[str]:
+        """Yield the vehicles whose rears may still be inside the junction before an edge, by any way."""
+        if not self._road.knows_sizes:
+            for lane in self._network.edges[exit_edge].lanes:
+                first = self._bodies.get(lane.id, ())[:1]
+                yield from (one.vehicle for one in first if one.front_m < _LONGEST_M)
 
     def _on_edge(self, vehicle: str, lane: Lane, front_m: float) -> Iterator[str]:
         """Yield the vehicles on its edge and on the lanes after it on which the choice of a lane depends."""
@@ -708,6 +721,8 @@ class SimulatedRoad:
 
     `gated` are the vehicles that change lanes only where their routes demand it.
     """
+
+    knows_sizes = True
 
     def __init__(self, traffic: Traffic, gated: Container[str] = ()) -> None:
         self._traffic, self._gated = traffic, gated

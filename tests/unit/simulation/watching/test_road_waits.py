@@ -31,6 +31,7 @@ class Scene:
     lanes: Sequence[LeadsOn] | None = None
     red: bool = False
     wishes: Mapping[str, tuple[int, bool]] = field(default_factory=dict)
+    knows_sizes: bool = True
 
     def on_lanes(self) -> Iterable[tuple[str, str, float]]:
         return [(vehicle, *there) for vehicle, there in self.at.items()]
@@ -189,18 +190,30 @@ def test_who_only_has_to_leave_a_junction_yields_to_those_inside_alone() -> None
     assert scene.sets(60.0) == [["b"]]
 
 
-def test_who_has_to_leave_a_junction_may_wait_for_one_that_has_changed_lanes_beyond_it() -> None:
-    """Its rear may be longer than is known, and still inside: nothing changes until it moves."""
+@pytest.mark.parametrize(
+    ("exit_lane", "front_m", "knows", "sets"),
+    [
+        ("C2C1_0", 8.0, False, [["b"]]),  # on another exit, its rear perhaps inside
+        ("C2D2_1", 8.0, False, [["b"]]),  # it has changed lanes beyond the junction
+        ("C2C1_0", 40.0, False, []),
+        ("C2C1_0", 8.0, True, []),
+    ],
+)
+def test_who_has_to_leave_a_junction_may_wait_for_one_that_is_longer_than_is_known(
+    exit_lane: str,
+    front_m: float,
+    knows: bool,  # noqa: FBT001  a case
+    sets: list[list[str]],
+) -> None:
+    """Nothing changes until that one moves."""
     edge = NETWORK.edges["C2D2"]
     left = replace(edge.lanes[0], id="C2D2_1", index=1)
     network = copy(NETWORK)
     network.lanes = MappingProxyType({**NETWORK.lanes, left.id: left})
     wide = replace(edge, lanes=(*edge.lanes, left))
     network.edges = MappingProxyType({**NETWORK.edges, edge.id: wide})
-    scene = Scene({"a": (WAY.via[0], 3.0), "b": (left.id, 8.0)})
-    assert scene.sets(60.0, network=network) == [["b"]]
-    scene = Scene({"a": (WAY.via[0], 3.0), "b": (left.id, 40.0)})
-    assert scene.sets(60.0, network=network) == []
+    scene = Scene({"a": (WAY.via[0], 3.0), "b": (exit_lane, front_m)}, knows_sizes=knows)
+    assert scene.sets(60.0, network=network) == sets
 
 
 def _two_lanes(length_m: float) -> RoadNetwork:
