@@ -421,3 +421,18 @@ def test_inspect_lists_trips_as_run_takes_them(trips: Path) -> None:
     refused = loopgate("inspect", grid, "--routes", trips, "-o", trips.with_name("system.json"))
     assert refused.returncode == 2
     assert "--out is for loops only" in refused.stderr
+
+
+def test_lines_with_a_timetable_are_made_from_names(tmp_path: Path) -> None:
+    """Two lines in one file, each over its edges, with their stops beside; what lacks its partner is told."""
+    network = Path(__file__).parents[2] / "networks/grid5-priority.net.xml"
+    out = tmp_path / "lines.rou.xml"
+    words = ["loops", str(network), "--via", "B2C2,D1D0", "--via", "C0C1,A2A3", "--stops", "B2C2"]
+    made = _RUN.invoke(cli, [*words, "--every", "5min", "--first", "9:30", "-o", str(out)])
+    assert made.exit_code == 0
+    assert f"--stops {tmp_path / 'lines.add.xml'} --move-stops --begin 9:30:00" in made.output
+    first, second = (edges.split() for edges in re.findall(r'edges="([^"]+)"', out.read_text("utf-8")))
+    assert {"B2C2", "D1D0"} <= set(first)
+    assert {"C0C1", "A2A3"} <= set(second)
+    alone = _RUN.invoke(cli, words)
+    assert (alone.exit_code, "--stops belongs to --every" in alone.output) == (2, True)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, print_json
+from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, Time, print_json
 
 if TYPE_CHECKING:
     from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
-    from loopgate.network.generate import LoopOptions
+    from loopgate.network.generate import FoundLoops, LoopOptions
 
 
 @click.command(
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
       loopgate loops sumo:DRT --count 40 --length 400:2000 --seed 1 -o routes/drt.rou.xml
       loopgate loops my.net.xml --count 12 --max-shared 0.4 -o routes/sparse.rou.xml
       loopgate loops my.net.xml --count 3 --vclass bus --via station,market --avoid park.txt -o bus.rou.xml
+      loopgate loops my.net.xml --via station,market --via school --stops station --every 10min -o bus.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 --vehicles 40 -o routes/watch.rou.xml --plot watch.png
       loopgate loops sumo:DRT --cover all --revisit 600 -o routes/every10min.rou.xml
       loopgate loops sumo:DRT --cover all --count 18 -o routes/watch.rou.xml --export maps
@@ -85,8 +87,25 @@ if TYPE_CHECKING:
 @click.option("--vclass", default="passenger", show_default=True, help="SUMO's class of the vehicles.")
 @click.option(
     "--via",
+    multiple=True,
     metavar="EDGES|STREETS|FILE",
-    help="Edges that every random loop passes: EDGE,EDGE,... or a file. Of a street the longest edge.",
+    help="Edges that every random loop passes: EDGE,EDGE,... or a file. Of a street the longest edge. Given "
+    "several times: a line over each, in one file.",
+)
+@click.option(
+    "--stops",
+    metavar="EDGES|STREETS",
+    help="With --every: edges or streets at which vehicles stop for 20 s; the bus stops go beside --out.",
+)
+@click.option(
+    "--every",
+    "every_s",
+    type=Time(),
+    help="A timetable: a vehicle on each random loop every so often, as many as keep it at lap times of "
+    "--margin.",
+)
+@click.option(
+    "--first", "first_s", type=Time(), help="With --every: when the first vehicles depart, as 9:30."
 )
 @click.option(
     "--avoid",
@@ -119,7 +138,7 @@ if TYPE_CHECKING:
     type=FiniteRange(1.0, 100.0),
     default=1.5,
     show_default=True,
-    help="For --revisit and --shift: lap time over the lap time at the speed limits.",
+    help="For --revisit, --shift and --every: lap time over the lap time at the speed limits.",
 )
 @click.option(
     *("--plot", "--picture", "plot"),
@@ -176,7 +195,10 @@ class LoopsWish:
     both_sides: str | None
     by_district: str | None
     vclass: str
-    via: str | None
+    via: tuple[str, ...]
+    stops: str | None
+    every_s: float | None
+    first_s: float | None
     avoid: str | None
     start: str | None
     weights: str | None
@@ -220,47 +242,86 @@ def _random_loops(wish: LoopsWish) -> None:
     from loopgate.network.vehicle_type import type_of_class
     from loopgate.simulation.demand.allotment import loops_for_queues
 
-    count, length_m = wish.count or 12, wish.length_m or (400.0, 2000.0)
+    count, length_m = wish.count or (1 if len(wish.via) > 1 else 12), wish.length_m or (400.0, 2000.0)
     kind = type_of_class(wish.vclass, "--vclass")
     roads = wish.roads()
-    over: tuple[str, ...] = ()
-    if wish.via is not None:
-        over = read_streets(roads, wish.via, wish.vclass, option="--via", u_turns=wish.u_turns)
-    with show_progress("loops", total=count) as report:
-        options: LoopOptions = {
-            "length_m": length_m,
-            "seed": wish.seed,
-            "u_turns": wish.u_turns,
-            "vclass": wish.vclass,
-            "via": over,
-        }
-        if wish.max_shared is None:
-            found = loops_for_queues(roads, count, kind=kind, progress=report, **options)
-        else:  # a bound for segments, on which other loops work than on queues
-            rho_m = DEFAULT_RHO_M if wish.rho_m is None else wish.rho_m
-            bound = SharingBound(roads, wish.max_shared, rho_m=rho_m)
-            options["admits"] = bound.admits
-            found = find_loops(roads, count, progress=report, **options)
+    overs = [
+        read_streets(roads, over, wish.vclass, option="--via", u_turns=wish.u_turns) for over in wish.via
+    ] or [()]
+    found_loops: list[Loop] = []
+    short: list[FoundLoops] = []
+    options: LoopOptions = {
+        "length_m": length_m,
+        "seed": wish.seed,
+        "u_turns": wish.u_turns,
+        "vclass": wish.vclass,
+    }
+    if wish.max_shared is not None:
+        rho_m = DEFAULT_RHO_M if wish.rho_m is None else wish.rho_m
+        options["admits"] = SharingBound(roads, wish.max_shared, rho_m=rho_m).admits
+    for over in overs:
+        options["via"] = over
+        with show_progress("loops", total=count) as report:
+            if wish.max_shared is None:
+                found = loops_for_queues(roads, count, kind=kind, progress=report, **options)
+            else:  # a bound for segments, on which other loops work than on queues
+                found = find_loops(roads, count, progress=report, **options)
+        known = len(found_loops)
+        found_loops += [replace(loop, id=f"loop{known + k}") for k, loop in enumerate(found.loops)]
+        if found.shortfall:
+            short.append(found)
+    note = _note(wish, count, length_m)
+    text = routes_text(found_loops, note=note, vehicles=_vehicles(found_loops, kind))
+    then = ""
+    if wish.every_s is not None:
+        text, then = _timetable(wish, roads, found_loops, kind, note)
+    data = [{"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found_loops]
+    if wish.export is not None:
+        from loopgate.export import export_loops
+
+        export_loops(roads, found_loops, wish.export)
+    wish.put_out(text, {"loops": data, "warnings": [one.shortfall for one in short]})
+    if wish.out is not None and not wish.as_json:
+        total = sum(loop.length_m for loop in found_loops) / 1000.0
+        click.echo(f"{len(found_loops)} loops, {total:.1f} km in all, written to {wish.out}")
+    if then and not wish.as_json:
+        click.echo(then)
+    for one in short:
+        click.echo(f"warning: {one.shortfall}; for more {one.way_out}", err=True)
+
+
+def _note(wish: LoopsWish, count: int, length_m: tuple[float, float]) -> str:
+    """Return the comment that says how the loops were made."""
     note = f"loopgate loops {wish.network}: count {count}, length {length_m[0]:g}:{length_m[1]:g}"
     note += f", seed {wish.seed}"
     note += "" if wish.max_shared is None else f", max-shared {wish.max_shared:g}"
     note += "" if wish.rho_m is None else f", rho {wish.rho_m:g}"
     note += ", u-turns" if wish.u_turns else ""
     note += "" if wish.vclass == "passenger" else f", vclass {wish.vclass}"
-    note += "" if wish.via is None else f", via {wish.via}"
-    note += "" if wish.avoid is None else f", avoid {wish.avoid}"
-    text = routes_text(found.loops, note=note, vehicles=_vehicles(found.loops, kind))
-    data = [{"id": loop.id, "length_m": round(loop.length_m, 2), "edges": loop.edges} for loop in found.loops]
-    if wish.export is not None:
-        from loopgate.export import export_loops
+    note += "" if not wish.via else f", via {' and '.join(wish.via)}"
+    return note + ("" if wish.avoid is None else f", avoid {wish.avoid}")
 
-        export_loops(roads, found.loops, wish.export)
-    wish.put_out(text, {"loops": data, "warnings": [found.shortfall] if found.shortfall else []})
-    if wish.out is not None and not wish.as_json:
-        total = sum(loop.length_m for loop in found.loops) / 1000.0
-        click.echo(f"{len(found.loops)} loops, {total:.1f} km in all, written to {wish.out}")
-    if found.shortfall:
-        click.echo(f"warning: {found.shortfall}; for more {found.way_out}", err=True)
+
+def _timetable(
+    wish: LoopsWish, roads: RoadNetwork, made: Sequence[Loop], kind: VehicleType, note: str
+) -> tuple[str, str]:
+    """Return the route file with a timetable and the command that runs it; write the bus stops beside it."""
+    from loopgate.network.routes_text import write_text
+    from loopgate.network.timetable import Timetable, timetable_texts
+    from loopgate.results.headings import clock
+
+    names = tuple(filter(None, map(str.strip, (wish.stops or "").split(","))))
+    asked = Timetable(names, wish.every_s or 0.0, wish.first_s or 0.0, wish.margin)
+    routes, stops = timetable_texts(roads, made, kind, asked, note=note)
+    if wish.out is not None:
+        beside = wish.out.with_name(f"{wish.out.name.removesuffix('.rou.xml').removesuffix('.xml')}.add.xml")
+        command = f"loopgate run {shlex.quote(wish.network)} --routes {shlex.quote(str(wish.out))}"
+        if names:
+            write_text(stops, beside)
+            command += f" --stops {shlex.quote(str(beside))} --move-stops"
+        command += f" --begin {clock(wish.first_s)}" if wish.first_s else ""
+        return routes, f"next: {command} -o out/day"
+    return routes, ""
 
 
 def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[VehicleDemand]:
@@ -270,6 +331,20 @@ def _vehicles(made: Sequence[Loop], kind: VehicleType) -> list[VehicleDemand]:
     if kind.vclass == "passenger":
         return []
     return [VehicleDemand(f"{loop.id}.0", loop, kind) for loop in made]
+
+
+def _check_timetable(wish: LoopsWish) -> None:
+    """Raise a usage error for options of a timetable that lack others."""
+    for option, value in (("--stops", wish.stops), ("--first", wish.first_s)):
+        if value is not None and wish.every_s is None:
+            msg = f"{option} belongs to --every"
+            raise click.UsageError(msg)
+    if wish.stops is not None and wish.out is None:
+        msg = "--stops writes two files; name the first with --out"
+        raise click.UsageError(msg)
+    if wish.every_s is not None and not wish.every_s >= 1.0:
+        msg = "--every is at least a second"
+        raise click.UsageError(msg)
 
 
 def _check_together(wish: LoopsWish) -> None:
@@ -290,12 +365,14 @@ def _check_together(wish: LoopsWish) -> None:
     strange, other = covering, "--cover"
     if wish.cover is not None:
         strange = {"--length": wish.length_m, "--max-shared": wish.max_shared}
-        strange |= {"--rho": wish.rho_m, "--via": wish.via}
+        strange |= {"--rho": wish.rho_m, "--via": wish.via or None}
+        strange |= {"--stops": wish.stops, "--every": wish.every_s, "--first": wish.first_s}
         other = "random loops, not to --cover"
     for option in (name for name, value in strange.items() if value is not None):
         msg = f"{option} belongs to {other}"
         msg += "; give 'loopgate run' the number on random loops" if option == "--vehicles" else ""
         raise click.UsageError(msg)
+    _check_timetable(wish)
     if wish.both_sides is not None and not wish.either_way:
         msg = "--both-sides belongs to --either-way; without --either-way both directions are covered"
         raise click.UsageError(msg)

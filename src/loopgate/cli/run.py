@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from loopgate.cli.main import EXIT_DEADLOCK, EXIT_STARVING, EXIT_UNCLEAN
-from loopgate.cli.terminal import EXIT_INTERRUPTED, print_json, without_way_out
+from loopgate.cli.terminal import EXIT_INTERRUPTED, Time, print_json, without_way_out
 from loopgate.errors import NobodyGatedError
 from loopgate.simulation.scenario import Scenario, kinds, option_name, options, read_scenario
 
@@ -90,31 +89,6 @@ class GroupedCommand(click.Command):
 HELP_ALL = "loopgate.help_all"
 """Set in the context of a command whose help is to show all options."""
 
-_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
-
-
-class _Time(click.ParamType[float]):
-    """A time: seconds, ``h:m:s`` as in SUMO, or with a unit, as ``10min``; a begin may be ``9:30``."""
-
-    name = "time"
-
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        # Needs the room of networks, and help should not.
-        from loopgate.network.clock import seconds, time_of_day
-
-        text = str(value).strip()
-        with suppress(ValueError):
-            return float(text)
-        unit = next((unit for unit in ("min", "h", "s") if text.endswith(unit)), "")
-        begins = param is not None and param.name == "begin_s"
-        read = time_of_day if begins and not unit else seconds
-        try:
-            return read(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
-        except ValueError:
-            ways = "h:m, h:m:s or seconds" if begins else "seconds, h:m:s, 10min or 1.5h"
-            self.fail(f"{text!r} is no time; write {ways}", param, ctx)
-
-
 OPTIONS = options()
 
 Command = Callable[..., Any]
@@ -127,7 +101,7 @@ def scenario_options(command: Command) -> Command:
         kind, rule = of_keys[field]
         more: dict[str, Any] = {"type": kind if kind in (int, float) else str, "metavar": said.metavar}
         if field.endswith("_s"):
-            more["type"] = _Time()
+            more["type"] = Time()
         if rule.words:
             more["type"] = click.Choice(rule.words)
         elif kind is bool:

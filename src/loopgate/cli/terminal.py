@@ -119,6 +119,33 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+_OF_DAY = {"begin_s", "first_s"}
+
+
+class Time(click.ParamType[float]):
+    """A time: seconds, ``h:m:s`` as in SUMO, or with a unit, as ``10min``; a begin may be ``9:30``."""
+
+    name = "time"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the time [s]; fail if it is none."""
+        # Needs the room of networks, and help should not.
+        from loopgate.network.clock import seconds, time_of_day
+
+        text = str(value).strip()
+        with suppress(ValueError):
+            return float(text)
+        unit = next((unit for unit in ("min", "h", "s") if text.endswith(unit)), "")
+        begins = param is not None and param.name in _OF_DAY
+        read = time_of_day if begins and not unit else seconds
+        try:
+            return read(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
+        except ValueError:
+            ways = "h:m, h:m:s or seconds" if begins else "seconds, h:m:s, 10min or 1.5h"
+            self.fail(f"{text!r} is no time; write {ways}", param, ctx)
+
+
 class _LengthRange(click.ParamType[tuple[float, float]]):
     name = "MIN:MAX"
 
