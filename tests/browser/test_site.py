@@ -14,7 +14,7 @@ import pytest
 from chromium import MISSING, Tab, open_browser  # in analysis/
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("index", "start", "gates", "studies/covering", "reference/commands")
+PAGES = ("index", "start", "gates", "any-traffic", "standing", "notebooks/first-run", "reference/commands")
 AXE = "axe.run().then(found => found.violations.map(v => [v.impact, v.id, v.nodes[0].html.slice(0, 120)]))"
 
 
