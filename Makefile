@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -125,6 +125,9 @@ unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not
 
 long-vehicles: $(STAMP) ## buses and trailers among cars, with positions: whether bodies overlap
 	$(BIN)/python analysis/long_vehicles.py
+
+buses: $(STAMP) ## what cars lose by buses of 12 and 18 m among them, beside SUMO's rules
+	$(BIN)/python analysis/buses.py
 
 day: $(STAMP) ## 24 simulated hours in south-east Berlin, 300 vehicles: anything lost, memory by the hour
 	$(BIN)/python analysis/day.py
