@@ -345,3 +345,9 @@ def test_why_a_vehicle_waits(gate: loopgate.Attached) -> None:
     assert any(words.startswith("a conflicting movement has the crossing; it waits for v") for words in said)
     with pytest.raises(TrafficError, match="v99"):
         gate.why("v99")
+
+
+def test_a_list_of_names_gets_the_way_out(gate: loopgate.Attached) -> None:
+    """In one line, and nobody is added."""
+    with pytest.raises(TrafficError, match=r"found \['v1'\]; of a list: gate\.add\(\*names\)"):
+        gate.add(["v1"])  # type: ignore[arg-type]
