@@ -50,11 +50,13 @@ HEADINGS = {
 }
 
 
-def drive_one(gate: str) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Run the hour under `gate`; return its row and its vehicles."""
-    folder = OUT / "berlin" / gate
-    scenario = dataclasses.replace(BERLIN, gate=gate)
-    with show_progress(f"Berlin, one hour under {gate}", total=round(scenario.duration_s)) as report:
+def drive_one(gate: str, step_s: float = 1.0) -> tuple[dict[str, Any], pd.DataFrame]:
+    """Run the hour under `gate` in steps of `step_s` [s]; return its row and its vehicles."""
+    folder = OUT / ("berlin" if step_s == 1.0 else f"berlin-{step_s:g}s") / gate
+    scenario = dataclasses.replace(BERLIN, gate=gate, step_s=step_s)
+    with show_progress(
+        f"Berlin, one hour under {gate}, steps of {step_s:g} s", total=round(scenario.duration_s)
+    ) as report:
         summary = simulate(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)
     vehicles = pd.read_parquet(folder / "vehicles.parquet")
     return _row(gate, summary, vehicles), vehicles
