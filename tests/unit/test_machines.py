@@ -21,7 +21,8 @@ class msvcrt:
 sys.modules["msvcrt"] = msvcrt
 from loopgate import Scenario, run
 from loopgate.machines import largest_file_bytes, peak_memory_bytes, processors
-from loopgate.sweep.local import _work
+from loopgate.sweep.local import LocalExecutor, _begin
+_begin()  # of a worker
 done = run(Scenario(network="networks/order2.net.xml", routes="routes/order2.rou.xml", duration_s=30))
 print(done.summary["audit"], processors() > 0, largest_file_bytes(), peak_memory_bytes())
 """
