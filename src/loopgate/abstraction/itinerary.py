@@ -140,7 +140,7 @@ class Itinerary:
     """Whether vehicles change lanes only where a `Guide` says so, and are on one lane in each state."""
 
 
-class Room(NamedTuple):
+class PlaceRoom(NamedTuple):
     """A place whose slots depend on the lengths of the vehicles that come.
 
     `length_m`: its length for vehicles with their gaps [m]. `slot_m`: the length of a slot [m]; longer
@@ -170,7 +170,7 @@ class Abstraction:
     """The itineraries of vehicles that join later."""
     room: Mapping[str, int] = field(default_factory=dict, hash=False)
     """Capacity of each state that a robot or vehicle visits, by name; empty on segments."""
-    rooms: Mapping[str, Room] = field(default_factory=dict, hash=False)
+    rooms: Mapping[str, PlaceRoom] = field(default_factory=dict, hash=False)
     """The states that hold more than their capacity while few long vehicles come, by name."""
 
 

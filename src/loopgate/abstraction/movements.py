@@ -11,7 +11,7 @@ from typing import NamedTuple, cast
 import numpy as np
 import pandas as pd
 
-from loopgate.abstraction.itinerary import CLEARANCE_M, Overlap, Room, SizedOverlaps
+from loopgate.abstraction.itinerary import CLEARANCE_M, Overlap, PlaceRoom, SizedOverlaps
 from loopgate.abstraction.swept import BETWEEN_M, Touches
 from loopgate.abstraction.swept_paths import SweptPath
 from loopgate.arrays import Floats, Ints
@@ -109,7 +109,7 @@ class QueuePlace:
         return self.needs[0][0]
 
     @property
-    def room(self) -> Room | None:
+    def room(self) -> PlaceRoom | None:
         """The place as a room, with slots as long as most of its visitors need; None if all need the same."""
         if self.away or len(self.needs) == 1:
             return None
@@ -117,7 +117,7 @@ class QueuePlace:
         shorter = accumulate((count for _, count in reversed(self.needs)))
         needs_m = (need_m for need_m, _ in reversed(self.needs))
         slot_m = next(need_m for need_m, count in zip(needs_m, shorter, strict=True) if count >= half)
-        return Room(self.length_m - HOLD_MARGIN_M - CLEARANCE_M, slot_m)
+        return PlaceRoom(self.length_m - HOLD_MARGIN_M - CLEARANCE_M, slot_m)
 
     @property
     def capacity(self) -> int:

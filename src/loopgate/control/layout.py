@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap, Room
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap, PlaceRoom
 from loopgate.control.lamps import Signal
 from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
@@ -36,7 +36,7 @@ class PlaceLayout:
         ways: Sequence[Drawings],
         signals: Mapping[str, Signal] = MappingProxyType({}),
         on_path: Callable[[list[Leg], Drawings], None] | None = None,
-        rooms: Mapping[str, Room] = MappingProxyType({}),
+        rooms: Mapping[str, PlaceRoom] = MappingProxyType({}),
     ) -> None:
         self._signals, self._on_path, self._rooms = signals, on_path, rooms
         self.is_lit = bool(signals)

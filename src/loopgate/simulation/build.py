@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from loopgate.abstraction.itinerary import Abstraction, Room, Track
+from loopgate.abstraction.itinerary import Abstraction, PlaceRoom, Track
 from loopgate.arrays import Floats
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
 from loopgate.control.driving import Driving
@@ -103,7 +103,7 @@ def slots_of(assembly: Assembly) -> dict[str, int]:
     return {str(name): len(system.robots) if own else room for name, room, own in rooms}
 
 
-def rooms_of(scenario: Scenario, assembly: Assembly, gate: Gate) -> Mapping[str, Room]:
+def rooms_of(scenario: Scenario, assembly: Assembly, gate: Gate) -> Mapping[str, PlaceRoom]:
     """Return the places whose slots depend on the vehicles that come: none but under the chain rule."""
     if assembly.abstraction is None or scenario.by_messages is not None or not by_chain(gate):
         return {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from loopgate.abstraction.itinerary import DrawnLeg, Itinerary, Room
+from loopgate.abstraction.itinerary import DrawnLeg, Itinerary, PlaceRoom
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
@@ -62,7 +62,7 @@ class Ground:
         self,
         slots: Mapping[str, int],
         legs: Iterable[Sequence[DrawnLeg]] = (),
-        rooms: Mapping[str, Room] = MappingProxyType({}),
+        rooms: Mapping[str, PlaceRoom] = MappingProxyType({}),
     ) -> PlaceLayout:
         """Return the layout of places with so many slots, and of the paths over them; `rooms` as there."""
         every = list({id(path): path for path in legs}.values())

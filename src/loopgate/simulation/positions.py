@@ -7,7 +7,7 @@ from pathlib import Path
 from statistics import fmean
 from types import MappingProxyType
 
-from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, Room
+from loopgate.abstraction.itinerary import Abstraction, Crossing, Itinerary, PlaceRoom
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, SizedStretches, VehicleBody
 from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.control.start import VehicleStart
@@ -40,7 +40,7 @@ def record_positions(file: Path) -> list[str]:
 
 
 def make_layout(
-    assembly: Assembly, step_s: float, rooms: Mapping[str, Room] = MappingProxyType({})
+    assembly: Assembly, step_s: float, rooms: Mapping[str, PlaceRoom] = MappingProxyType({})
 ) -> Layout:
     """Return states, crossings and vehicles of a run, for the audit and the replay.
 
