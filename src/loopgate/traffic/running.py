@@ -9,6 +9,7 @@ from loopgate.errors import SecondSimulationError, TrafficError
 from loopgate.network import VehicleType
 from loopgate.network.vehicle_type import vehicle_type
 from loopgate.network.xml_file import open_xml
+from loopgate.reading import shown
 from loopgate.traffic.sumo import SumoTraffic, sumo_version
 
 _FILES = ("route-files", "additional-files")
@@ -26,6 +27,9 @@ class RunningSumo:
     """
 
     def __init__(self, api: Any) -> None:  # noqa: ANN401  neither API has types
+        if not hasattr(api, "vehicle"):
+            msg = f"{shown(api)} is no simulation; give the module libsumo or traci, or a connection of traci"
+            raise TrafficError(msg)
         self._api = api
         self._types: dict[str, ET.Element] | None = None
         self.error, reads = _backend(api)

@@ -37,4 +37,6 @@ def test_a_sumo_that_is_too_old_is_refused() -> None:
     """In one line, with the version that is needed; a version in development counts by its numbers."""
     with pytest.raises(TrafficError, match=r"this is SUMO 1\.16\.0; attach needs 1\.20 or newer"):
         RunningSumo(sumo("1.16.0"))
+    with pytest.raises(TrafficError, match="'libsumo' is no simulation; give the module"):
+        RunningSumo("libsumo")
     assert sumo_version(sumo("v1_29_0+0123-abc")) >= (1, 29)
