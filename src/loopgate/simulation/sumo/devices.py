@@ -44,7 +44,7 @@ def closures_of(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> tup
         for interval in read_additional(file).iterfind(".//rerouter/interval"):
             for closed in _inside(interval, _CLOSES):
                 name, edge = closed.get("id", ""), _closed(closed)
-                if edge not in classes or any(may_pass(closed, vclass) for vclass in classes[edge]):
+                if edge not in classes or any(_may_pass(closed, vclass) for vclass in classes[edge]):
                     continue
                 what = f"{file}: interval that closes {name}"
                 from_s, to_s = time_of(interval, "begin", what), time_of(interval, "end", what)
@@ -53,7 +53,7 @@ def closures_of(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> tup
     return tuple(found)
 
 
-def may_pass(closed: ET.Element, vclass: str) -> bool:
+def _may_pass(closed: ET.Element, vclass: str) -> bool:
     """Return whether vehicles of a class may pass a road that a rerouter closes."""
     said = {name: words(closed, name) for name in ("allow", "disallow")}
     if said["allow"]:
