@@ -13,7 +13,7 @@ import sumo
 
 from loopgate.abstraction.itinerary import Track, rounds
 from loopgate.control.start import VehicleStart
-from loopgate.errors import LoopgateError, ScenarioError
+from loopgate.errors import LoopgateError, NobodyGatedError, ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.routes_file import read_loops
 from loopgate.network.vehicle_demand import RoutesFile
@@ -199,6 +199,10 @@ def test_what_the_page_says_is_so(tmp_path: Path, element: str, name: str, what:
     value = _value(element, name)
     if what.endswith("refused") and element != "vType":
         with pytest.raises(LoopgateError, match=name if element == "stop" else r"no route|no <vType>"):
+            _read(tmp_path, element, name, value)
+        return
+    if what == "ordinary":
+        with pytest.raises(NobodyGatedError, match=f"stop with {name}"):
             _read(tmp_path, element, name, value)
         return
     routes = _read(tmp_path, element, name, value)

@@ -54,6 +54,7 @@ from loopgate.network.vehicle_type import (
     parts,
     refuse_nothing,
     share_of,
+    sumo_attributes,
     vehicle_type,
 )
 from loopgate.network.xml_file import read_xml
@@ -208,6 +209,9 @@ def left_out(files: Sequence[tuple[Path, ET.Element]], *, fleet: bool, once: boo
             times = f"{count} times, first" if count > 1 else "once,"
             where = f" ({times} in {first[name, as_written]})" if first[name, as_written] else ""
             lines.append(f"{source}: {as_written} is left out{where}{means}")
+        lines += [
+            f"{source}: SUMO has no attribute {name} of <vType>{where}" for name, where in _of_no_type(top)
+        ]
     return tuple(lines)
 
 
@@ -233,6 +237,17 @@ def _untaken(
                 yield (child.tag, f"<{child.tag}>"), owner if element.tag != "routes" else child.get("id", "")
         elif fleet or child.tag not in _FLEET:
             yield from _untaken(child, fleet=fleet, drawn=_DRAWN.get(element.tag, frozenset()))
+
+
+def _of_no_type(top: ET.Element) -> Iterator[tuple[str, str]]:
+    """Yield each attribute that types have and SUMO's schema does not, and where it is."""
+    found: dict[str, list[str]] = {}
+    for kind in top.iter("vType"):
+        for name in kind.attrib.keys() - sumo_attributes("vType"):
+            found.setdefault(name, []).append(kind.get("id", ""))
+    for name, kinds in sorted(found.items()):
+        times = f"{len(kinds)} times, first" if len(kinds) > 1 else "once,"
+        yield name, f" ({times} in vType {kinds[0]})"
 
 
 def _is_done_anyway(name: str, value: str) -> bool:
@@ -316,7 +331,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     goes_on = any(led.goes_on for led in found.led_by.values())
     once = found.once = once and (goes_on or drives_once(network, tops, fleet))
     vehicle_files = tuple(file for file, top in more if any(one.tag in FLEET for one in top))
-    ungated = take_ungated(tops, own) if once else UngatedFleet()
+    ungated = take_ungated(tops, own, once=once)
     gone = {id(one.element) for one in ungated.vehicles}
     fleet = [(source, one) for source, one in fleet if id(one) not in gone]
     own_kinds = [kind.get("id", "") for _, top in own for kind in top.iter("vType")]

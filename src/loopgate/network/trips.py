@@ -18,6 +18,9 @@ from loopgate.network.vehicle_type import routes_named
 from loopgate.network.xml_file import write_xml
 from loopgate.reading import shown
 
+ROUNDS = "1000"
+"""SUMO drives a loop this often where no gate drives it: value of ``repeat``."""
+
 ENDS = (
     "from",
     "to",

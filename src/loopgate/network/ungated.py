@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 from loopgate.network.additional import FLEET
 from loopgate.network.clock import seconds
 from loopgate.network.stops import REFUSED
+from loopgate.network.trips import ROUNDS, one_round
 from loopgate.network.vehicle_type import routes_named
 from loopgate.reading import counted, listed, shown
 
@@ -63,11 +64,9 @@ class UngatedFleet:
 
 
 def take_ungated(
-    tops: Sequence[tuple[Path, ET.Element]], own: Sequence[tuple[Path, ET.Element]]
+    tops: Sequence[tuple[Path, ET.Element]], own: Sequence[tuple[Path, ET.Element]], *, once: bool
 ) -> UngatedFleet:
-    """Remove vehicles that no gate can drive from files of trips, and return them.
-
-    Vehicles whose routes are repeated are on loops: they stay in the files, and are refused later.
+    """Remove vehicles that no gate can drive from files of vehicles, and return them.
 
     Parameters
     ----------
@@ -75,6 +74,9 @@ def take_ungated(
         All files with vehicles.
     own
         The route files among them. From the other files, SUMO itself loads types and routes.
+    once
+        Whether the files say trips. Else a vehicle drives its route round and round, with its stops in every
+        round; SUMO is told so in its words. One that draws among routes stays in the file, to be refused.
     """
     routes = {one.get("id", ""): one for _, top in tops for one in top.iter("route") if one.get("id")}
     spreads = {one.get("id", ""): one for _, top in tops for one in top.findall("routeDistribution")}
@@ -83,19 +85,33 @@ def take_ungated(
         for one in [one for one in top if one.tag in FLEET]:
             ways = _ways(one, routes, spreads)
             why = _why(one, ways)
-            if why and not any(way.get("repeat", "0") != "0" for way in ways):
+            if why and (once or len(ways) == 1):
                 top.remove(one)
-                found.append(Ungated(one, why))
+                found.append(Ungated(one if once else _round_and_round(one, ways[0]), why))
     if not found:
         return UngatedFleet()
     demand = tuple(one for _, top in own for one in top if one.tag not in FLEET)
-    bad = {name for name, route in routes.items() if _why_stop(route) and route.get("repeat", "0") == "0"}
+    left = {
+        id(way) for _, top in tops for one in top if one.tag in FLEET for way in _ways(one, routes, spreads)
+    }
+    bad = {name for name, route in routes.items() if _why_stop(route) and id(route) not in left}
     for _, top in tops:
         for one in [one for one in top if one.tag in {"route", "routeDistribution"}]:
             its = {one.get("id", ""), *routes_named([one]), *(r.get("id", "") for r in one.iter("route"))}
             if its & bad:  # the vehicles with this route have been removed
                 top.remove(one)
     return UngatedFleet(tuple(found), demand)
+
+
+def _round_and_round(element: ET.Element, way: ET.Element) -> ET.Element:
+    """Return a vehicle or flow on a loop in SUMO's words: its one round is repeated, with all stops in it."""
+    said = {name: value for name, value in element.attrib.items() if name != "route"}
+    vehicle = ET.Element(element.tag, said)
+    vehicle.extend(one for one in element if one.tag not in {"route", "stop"})
+    edges = " ".join(one_round(way.get("edges", "").split()))
+    route = ET.SubElement(vehicle, "route", edges=edges, repeat=ROUNDS)
+    route.extend([*way.findall("stop"), *element.findall("stop")])
+    return vehicle
 
 
 def _ways(

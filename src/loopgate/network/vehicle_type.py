@@ -3,14 +3,20 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from random import Random
 from typing import TypeVar
 from xml.etree import ElementTree as ET
+
+import sumo
 
 from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.network.road import VEHICLE_CLASSES
 from loopgate.reading import shown
+
+_XSD = "{http://www.w3.org/2001/XMLSchema}"
 
 _LENGTH_M = {
     "bicycle": 1.6,
@@ -145,6 +151,25 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
         attributes=attributes,
         parameters={one.get("key", ""): one.get("value", "") for one in element.findall("param")},
     )
+
+
+@cache
+def sumo_attributes(element: str) -> frozenset[str]:
+    """Return the attributes of an element of route files by SUMO's schema, and of what it refers to.
+
+    >>> {"accel", "lcStrategic", "probability"} <= sumo_attributes("vType")
+    True
+    """
+    top = ET.parse(Path(sumo.SUMO_HOME) / "data" / "xsd" / "types" / "route.xsd").getroot()  # noqa: S314 - SUMO's own
+    kinds = {kind.get("name", ""): kind for kind in top.iter(f"{_XSD}complexType")}
+    found: set[str] = set()
+    ahead = [f"{element}Type", f"{element}RefType"]
+    while ahead:
+        kind = kinds.get(ahead.pop())
+        if kind is not None:
+            found |= {one.get("name", "") for one in kind.iter(f"{_XSD}attribute")}
+            ahead += [one.get("base", "") for one in kind.iter(f"{_XSD}extension")]
+    return frozenset(found)
 
 
 def type_of_class(vclass: str, source: str) -> VehicleType:

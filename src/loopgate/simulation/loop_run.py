@@ -243,6 +243,8 @@ class CollisionLog:
             self.recorder.note(now, collision.collider, Event.COLLISION, collision.lane, collision.victim)
         for vehicle in self._traffic.teleports():
             self.course.teleports += 1
+            if self.own is not None and vehicle not in self.own:
+                continue  # an ordinary vehicle whose stop says that it jumps
             self.recorder.note(now, vehicle, Event.TELEPORT, "")
 
 

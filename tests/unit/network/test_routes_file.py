@@ -209,6 +209,20 @@ OWN = """<routes>
 </routes>"""
 
 
+def test_what_sumo_does_not_know_of_types_is_said(tmp_path: Path) -> None:
+    """With the number of types that have it; an attribute of a model of car following is known."""
+    kinds = '<vType id="a" bogus="3" stepping="1" carFollowModel="IDM"/><vType id="b" bogus="4" tau="1.5"/>'
+    file = tmp_path / "x.rou.xml"
+    file.write_text(
+        f'<routes>{kinds}<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0"/></routes>'
+    )
+    said = [line for line in read_loops(NET, file).left_out if "vType" in line]
+    said = [line.removeprefix(f"{file}: ") for line in said]
+    assert said == [
+        "SUMO has no attribute bogus of <vType> (2 times, first in vType a)",
+    ]
+
+
 def test_what_is_left_out_is_said_once_for_each_kind(tmp_path: Path) -> None:
     """With how often, where first, and what happens instead; what is done anyway needs no words."""
     file = tmp_path / "own.rou.xml"

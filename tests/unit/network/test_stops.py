@@ -181,17 +181,12 @@ STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</ve
         (STOP.format('<stop lane="a_0" endPos="300" duration="3"/>'), "to 300 m of lane a_0, which is 100 m"),
         (STOP.format('<stop lane="a_0" endPos="x" duration="3"/>'), "endPos is 'x'; expected metres"),
         (STOP.format('<stop lane="a_0" duration="x"/>'), "duration is 'x'; expected seconds"),
-        (STOP.format('<stop lane="a_0" duration="3" speed="4"/>'), "speed '4': a point to pass at a speed"),
         (STOP.format('<stop lane="a_0" triggered="join"/>'), "triggered is 'join'; expected true, person"),
         (
             STOP.format('<stop lane="a_0" duration="3" parking="x"/>'),
             "parking is 'x'; expected true or false",
         ),
         ('<route id="r" edges="a b"/><vehicle id="v" route="r" depart="x"/>', "depart is 'x'; expected sec"),
-        (
-            '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="triggered"/>',
-            "vehicle v: depart is 'triggered'; expected seconds or h:m:s, since nothing else starts it",
-        ),
         (
             '<route id="r" edges="a b c"/><flow id="f" route="r"/>',
             "flow f: it says neither number nor period",

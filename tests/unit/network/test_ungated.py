@@ -83,9 +83,21 @@ def test_vehicles_on_loops_are_ordinary_too(tmp_path: Path) -> None:
     write_ordinary(made.ordinary, tmp_path / "o.rou.xml")
     route = ET.parse(tmp_path / "o.rou.xml").getroot().findall("vehicle/route")[0]
     assert (route.get("repeat"), len(route.findall("stop"))) == ("1000", 1)
-    text = text.replace('endPos="3"', 'speed="9"')
-    with pytest.raises(LoopgateError, match=r"vehicle a: stop 1: speed .*; .*vehicle b: stop 1: speed"):
-        assemble(Scenario(network=GRID, routes=file(tmp_path, text), duration_s=60))
+
+
+def test_they_drive_round_with_stops_that_no_gate_makes(tmp_path: Path) -> None:
+    """SUMO is told to repeat the round, with the stops of route and vehicle in it; shared routes stay."""
+    shared = '<route id="r" edges="A0A1 A1B1 B1B0 B0A0 A0A1"/>'
+    odd = '<vehicle id="odd" route="r" depart="3"><stop edge="A1B1" speed="9" endPos="50"/></vehicle>'
+    fine = '<vehicle id="fine" route="r" depart="0"/>'
+    made = assemble(Scenario(network=GRID, routes=file(tmp_path, shared + odd + fine), duration_s=60))
+    assert (made.names, made.others) == (("fine",), ("odd",))
+    write_ordinary(made.ordinary, tmp_path / "o.rou.xml", ungated=made.ungated)
+    (vehicle,) = ET.parse(tmp_path / "o.rou.xml").getroot().findall("vehicle")
+    (route,) = vehicle
+    assert vehicle.attrib == {"id": "odd", "depart": "3"}
+    assert route.attrib == {"edges": "A0A1 A1B1 B1B0 B0A0", "repeat": "1000"}
+    assert [stop.get("speed") for stop in route] == ["9"]
 
 
 def test_nobody_else_is_an_error(tmp_path: Path) -> None:

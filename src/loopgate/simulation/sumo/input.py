@@ -11,15 +11,12 @@ from loopgate.control.start import VehicleStart
 from loopgate.network import Loop, VehicleDemand, VehicleType
 from loopgate.network.additional import FLEET, without
 from loopgate.network.stops import Stop
-from loopgate.network.trips import MIDDLE
+from loopgate.network.trips import MIDDLE, ROUNDS
 from loopgate.network.ungated import Ungated, UngatedFleet
 from loopgate.network.xml_file import write_xml
 from loopgate.simulation.sumo.devices import for_others, has_leads
 
 _NOBODY = UngatedFleet()
-
-_ROUNDS = "1000"
-"""SUMO drives an ungated loop this often."""
 
 
 def write_sumo_input(
@@ -177,7 +174,7 @@ def write_ordinary(
         if v.depart_m is not None:
             said["departPos"] = f"{v.depart_m - v.loop.roads[v.edge].begin_m:g}"
         element = ET.SubElement(top, "vehicle", said)
-        again = {"repeat": _ROUNDS} if v.loop.closed else {}
+        again = {"repeat": ROUNDS} if v.loop.closed else {}
         route = ET.SubElement(element, "route", edges=" ".join(v.loop.edges), attrib=again)
         for stop in v.stops:  # in every round of a loop
             ET.SubElement(route if v.loop.closed else element, "stop", _as_said(stop))
