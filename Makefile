@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -176,6 +176,12 @@ lights: $(STAMP) ## an hour of trips among lights, the gate beside SUMO: DEMANDS
 
 mixed-traffic: $(STAMP) ## a public benchmark of junctions, SUMO beside the gate: BENCHMARK=folder of a checked-out copy
 	$(BIN)/python analysis/mixed_traffic.py $(BENCHMARK)
+
+real-networks: $(STAMP) ## real networks with their own demand, beside three of SUMO's lights: NETWORKS=folder of checked-out copies
+	$(BIN)/python analysis/real_networks.py $(NETWORKS)
+
+streams: $(STAMP) ## roundabouts, ramps, lane drops and weaving beside SUMO's rules, at three demands
+	$(BIN)/python analysis/streams.py
 
 scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules and under the gate: nothing dropped
 	$(BIN)/python analysis/scenarios.py

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from math import cos, pi, sin
 from pathlib import Path
 
@@ -42,6 +43,99 @@ def roundabouts(file: Path, *, lanes: int, options: str = "", side: int = 3) -> 
                 curve = [(i * gap + radius * cos(a), j * gap + radius * sin(a)) for a in angles]
                 edges.append(_edge(f"{i}{j}{name}", f"{i}{j}{following}", lanes, shape=curve, priority=9))
     return _convert(nodes, edges, file, f"--roundabouts.guess true {options}")
+
+
+def roundabouts_in_a_row(
+    file: Path, *, radius_m: float, lanes: int, arms: int, count: int = 1, slip: bool = False
+) -> Path:
+    """Write `count` roundabouts in a row, each with so many arms of 200 m or to the next one, 60 m away.
+
+    With `slip` a lane leads past the first, from arm 1 to arm 2, which is its first way out. Ends are called
+    ``E`` and a number.
+    """
+    between_m, arm_m = 2.0 * radius_m + 60.0, 200.0
+    nodes: list[str] = []
+    edges: list[str] = []
+    ends = 0
+    for one in range(count):
+        x = one * between_m
+        angles = [2.0 * pi * k / arms for k in range(arms)]
+        for k, angle in enumerate(angles):
+            nodes.append(_node(f"r{one}.{k}", (x + radius_m * cos(angle), radius_m * sin(angle))))
+            end = 2.0 * pi * (k + 1) / arms
+            turns = [angle + (end - angle) * step / 8 for step in range(9)]
+            curve = [(x + radius_m * cos(a), radius_m * sin(a)) for a in turns]
+            edges.append(_edge(f"r{one}.{k}", f"r{one}.{(k + 1) % arms}", lanes, shape=curve, priority=9))
+            eastward, westward = k == 0, 2 * k == arms
+            if (eastward and one + 1 < count) or (westward and one):
+                other = f"r{one + 1}.{arms // 2}" if eastward else f"r{one - 1}.0"
+                edges.append(_edge(f"r{one}.{k}", other, lanes))
+                continue
+            far = radius_m + arm_m
+            nodes.append(_node(f"E{ends}", (x + far * cos(angle), far * sin(angle))))
+            aside = slip and not one and k in {1, 2}
+            if aside:
+                fork = radius_m + 80.0
+                nodes.append(_node(f"s{k}", (x + fork * cos(angle), fork * sin(angle))))
+            ways = (f"E{ends}", f"s{k}", f"r{one}.{k}") if aside else (f"E{ends}", f"r{one}.{k}")
+            for a, b in pairwise(ways):
+                edges += [_edge(a, b, lanes), _edge(b, a, lanes)]
+            ends += 1
+    if slip:  # traffic drives on the right, so the ring is driven in the order of the arms
+        edges.append(_edge("s1", "s2", 1))
+    return _convert(nodes, edges, file, "--roundabouts.guess true")
+
+
+MOTORWAY_MPS, RAMP_MPS = 33.3, 22.2
+
+
+def on_ramp(file: Path, *, lanes: int, merging_m: float) -> Path:
+    """Write a motorway ``A B C`` with a ramp ``R B``, beside which a lane for merging begins, if any."""
+    nodes = [_node("A", (0, 0)), _node("B", (600, 0)), _node("C", (1400, 0)), _node("R", (250, -90))]
+    edges = [
+        _edge("A", "B", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("B", "C", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("R", "B", 1, speed=RAMP_MPS),
+    ]
+    guess = f"--ramps.guess true --ramps.ramp-length {merging_m:g}" if merging_m else ""
+    return _convert(nodes, edges, file, guess)
+
+
+def off_ramp(file: Path, *, lanes: int) -> Path:
+    """Write a motorway ``A B C`` which a ramp ``B R`` leaves."""
+    nodes = [_node("A", (0, 0)), _node("B", (800, 0)), _node("C", (1400, 0)), _node("R", (1150, -90))]
+    edges = [
+        _edge("A", "B", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("B", "C", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("B", "R", 1, speed=RAMP_MPS),
+    ]
+    return _convert(nodes, edges, file, "--ramps.guess true --ramps.ramp-length 200")
+
+
+def lane_drop(file: Path, *, lanes: int, speed_mps: float) -> Path:
+    """Write a road ``A B C`` that loses a lane at ``B``."""
+    nodes = [_node("A", (0, 0)), _node("B", (600, 0)), _node("C", (1200, 0))]
+    edges = [_edge("A", "B", lanes, speed=speed_mps), _edge("B", "C", lanes - 1, speed=speed_mps)]
+    return _convert(nodes, edges, file, "")
+
+
+def weaving(file: Path, *, lanes: int, length_m: float) -> Path:
+    """Write a motorway ``A B C D`` with a ramp ``R B`` and another, ``C S``, that share a lane between."""
+    at = {"A": (0, 0), "B": (600, 0), "C": (600 + length_m, 0), "D": (1200 + length_m, 0)}
+    nodes = [_node(name, point) for name, point in at.items()]
+    nodes += [_node("R", (250, -90)), _node("S", (950 + length_m, -90))]
+    edges = [
+        _edge("A", "B", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("B", "C", lanes + 1, priority=9, speed=MOTORWAY_MPS),
+        _edge("C", "D", lanes, priority=9, speed=MOTORWAY_MPS),
+        _edge("R", "B", 1, speed=RAMP_MPS),
+        _edge("C", "S", 1, speed=RAMP_MPS),
+    ]
+    links = [("R-B", "B-C", 0, 0), ("B-C", "C-S", 0, 0)]
+    links += [("A-B", "B-C", lane, lane + 1) for lane in range(lanes)]
+    links += [("B-C", "C-D", lane + 1, lane) for lane in range(lanes)]
+    named = [f'<connection from="{a}" to="{b}" fromLane="{i}" toLane="{j}"/>' for a, b, i, j in links]
+    return _convert(nodes, edges, file, "", connections=named)
 
 
 def dead_end_street(file: Path) -> Path:
@@ -113,12 +207,19 @@ def _node(name: str, at: Point) -> str:
 
 
 def _edge(
-    begin: str, end: str, lanes: int, *, shape: Sequence[Point] = (), priority: int = 1, centred: bool = False
+    begin: str,
+    end: str,
+    lanes: int,
+    *,
+    shape: Sequence[Point] = (),
+    priority: int = 1,
+    centred: bool = False,
+    speed: float = 13.9,
 ) -> str:
     drawn = " ".join(f"{x:.2f},{y:.2f}" for x, y in shape)
     return (
         f'<edge id="{begin}-{end}" from="{begin}" to="{end}" numLanes="{lanes}" priority="{priority}"'
-        ' speed="13.9"'
+        f' speed="{speed}"'
         + (f' shape="{drawn}"' if drawn else "")
         + (' spreadType="center"' if centred else "")
         + "/>"
@@ -126,12 +227,19 @@ def _edge(
 
 
 def _convert(
-    nodes: Sequence[str], edges: Sequence[str], file: Path, options: str, *, turnarounds: bool = False
+    nodes: Sequence[str],
+    edges: Sequence[str],
+    file: Path,
+    options: str,
+    *,
+    turnarounds: bool = False,
+    connections: Sequence[str] = (),
 ) -> Path:
-    for kind, lines in (("node", nodes), ("edge", edges)):
+    for kind, lines in (("node", nodes), ("edge", edges), ("connection", connections)):
         text = "\n".join((f"<{kind}s>", *lines, f"</{kind}s>"))
         file.with_suffix(f".{kind}").write_text(text, encoding="utf-8")
     given = ["-n", str(file.with_suffix(".node")), "-e", str(file.with_suffix(".edge"))]
+    given += ["-x", str(file.with_suffix(".connection"))] if connections else []
     given += [] if turnarounds else ["--no-turnarounds"]
     return _tool("netconvert", [*given, *options.split()], file)
 

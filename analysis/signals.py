@@ -47,14 +47,23 @@ class MaxPressure:
     """
 
     def __init__(self) -> None:
-        self._junctions = [self._junction(name) for name in libsumo.trafficlight.getIDList()]
+        found = (self._junction(name) for name in libsumo.trafficlight.getIDList())
+        self._junctions = [junction for junction in found if junction.phases]
         lanes = {lane for junction in self._junctions for link in junction.links for lane in link if lane}
         self._slots = {lane: max(2, int(libsumo.lane.getLength(lane) / SLOT_M)) for lane in lanes}
 
     @staticmethod
     def _junction(name: str) -> Junction:
         links = [tuple(of[0][:2]) if of else ("", "") for of in libsumo.trafficlight.getControlledLinks(name)]
-        programme = libsumo.trafficlight.getAllProgramLogics(name)[0]
+        shown, programmes = (
+            libsumo.trafficlight.getProgram(name),
+            libsumo.trafficlight.getAllProgramLogics(name),
+        )
+        programme = next((one for one in programmes if one.programID == shown), programmes[0])
+        if not programme.phases:  # a signal of a railway
+            return Junction(name, [], [])
+        # A state can be longer than the links that are used.
+        links += [("", "")] * (len(programme.phases[0].state) - len(links))
         phases = [phase.state for phase in programme.phases if "y" not in phase.state]
         phases += [
             "".join("G" if link[0] == lane else "r" for link in links)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from loopgate.errors import RouteError
 from loopgate.network.loop import LaneSpan, Loop
-from loopgate.network.road import Connection, Lane, RoadNetwork
+from loopgate.network.road import IGNORING, Connection, Lane, RoadNetwork
 
 Cost = tuple[int, float]
 """Number of lane changes, then how hurried they are (lanes changed per metre of edge)."""
@@ -174,7 +174,7 @@ def _check_edge(network: RoadNetwork, edge: str, vclass: str, what: str) -> None
         msg = f"{what}: edge {edge} is not in the network {network.name}; correct it or draw the route again"
         raise RouteError(msg)
     if not network.edges[edge].allows(vclass):
-        classes = sorted(set().union(*(lane.allowed for lane in network.edges[edge].lanes)))
+        classes = sorted(set().union(*(lane.allowed for lane in network.edges[edge].lanes)) - {IGNORING})
         most = 5
         for_whom = ", ".join(classes[:most]) + (", ..." if len(classes) > most else "") or "nobody"
         msg = f"{what}: edge {edge} is closed to {vclass} (open to {for_whom}); lead the route round it"

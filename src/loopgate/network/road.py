@@ -29,6 +29,8 @@ from loopgate.reading import meant, refusing, shown
 
 Points = tuple[tuple[float, float], ...]
 """A polyline: (x, y) [m] in the network's coordinates."""
+IGNORING = "ignoring"
+"""The vehicle class that SUMO lets drive on every lane, also on one that is open to nobody."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -754,7 +756,7 @@ _OF_JUNCTIONS = ("type", "incLanes", "intLanes")
 def _classes(attrs: Mapping[str, str], name: str) -> frozenset[str] | None:
     """Return the vehicle classes that an attribute lists; None for all."""
     classes = frozenset(attrs[name].split()) if name in attrs else frozenset(("all",))
-    return None if "all" in classes else classes
+    return None if "all" in classes else classes | {IGNORING}
 
 
 def _parse(file: Path) -> _Reader:
@@ -777,7 +779,7 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
         of_edge = []
         opposite = _opposite_lanes(raw)
         for index, lane in enumerate(raw.getLanes()):
-            allowed = frozenset(lane.getPermissions())
+            allowed = frozenset(lane.getPermissions()) | {IGNORING}
             to_left, to_right = reader.changes.get(f"{raw.getID()}_{index}", (None, None))
             of_edge.append(
                 Lane(

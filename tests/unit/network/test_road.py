@@ -70,6 +70,25 @@ def test_foes_cross_or_merge(bs3d: RoadNetwork) -> None:
     assert checked > 100
 
 
+def test_ignoring_drives_where_it_likes(bs3d: RoadNetwork, tmp_path: Path) -> None:
+    """SUMO lets the class ``ignoring`` drive and change on lanes that are closed to all others."""
+    assert all(bs3d.allows(connection, "ignoring") for connection in bs3d.connections)
+    shut = tmp_path / "shut.net.xml"
+    text = bs3d.file.read_text(encoding="utf-8")
+    lane = next(
+        lane
+        for edge in bs3d.edges.values()
+        for lane in edge.lanes
+        if f'<lane id="{lane.id}" index="{lane.index}" speed' in text
+    )
+    closed = f'<lane id="{lane.id}" allow="tram" changeLeft="tram" index'
+    shut.write_text(text.replace(f'<lane id="{lane.id}" index', closed), encoding="utf-8")
+    found = RoadNetwork.open(shut).lanes[lane.id]
+    assert "passenger" not in found.allowed
+    assert {"ignoring", "tram"} <= found.allowed
+    assert found.may_change("ignoring", left=True)
+
+
 def test_gzipped_network(tmp_path: Path) -> None:
     """A .net.xml.gz reads as the same network."""
     file = packaged_networks()["grid6"]
