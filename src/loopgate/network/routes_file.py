@@ -56,6 +56,7 @@ from loopgate.network.vehicle_type import (
     share_of,
     sumo_attributes,
     vehicle_type,
+    vehicle_types_of,
 )
 from loopgate.network.xml_file import read_xml
 from loopgate.reading import as_path, counted, is_file, listed, of_kind, refusing, shown
@@ -324,6 +325,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     found = _Found(network, places, once)
     found.collect_types([*more, *own])
+    found.collect_types_of_network(element.get("type", DEFAULT_TYPE.id) for _, element in fleet)
     leads = _read_leads(network, beside, tops, found)
     if leads is not None:
         found.led = _lead(network, tops, fleet, beside, found)
@@ -373,9 +375,10 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
             *found.circling(path),
             *wayless(path, found.led),
             *(f"{why}; no vehicle uses it" for why in found.unfit.values()),
+            *found.undriven.values(),
             *left_out(tops, fleet=True, once=once),
         ),
-        left_out_of_routes=left_out(tops, fleet=False),
+        left_out_of_routes=(*found.undriven.values(), *left_out(tops, fleet=False)),
     )
 
 
@@ -512,6 +515,8 @@ class _Found:
     """Where rerouters lead vehicles, trips and flows, by name."""
     unfit_vehicles: list[Ungated] = field(default_factory=list)
     """The vehicles on open routes whose stops no gate can make."""
+    undriven: dict[str, str] = field(default_factory=dict)
+    """Why a route that no vehicle drives makes no sense, by name."""
     _asked: list[AskedVehicle] = field(default_factory=list)
     _wrong: list[str] = field(default_factory=list)
 
@@ -535,6 +540,14 @@ class _Found:
                     )
                 except RouteError as error:
                     self.unfit[name] = str(error)
+
+    def collect_types_of_network(self, used: Iterable[str]) -> None:
+        """Collect the types in the network's file, as SUMO does, if a vehicle's type is in no other."""
+        missing = {*used} - {*self.types, *self.unfit, *self.drawn_types, DEFAULT_TYPE.id}
+        if missing and is_file(self.network.file):
+            top = ET.Element("net")
+            top.extend(vehicle_types_of(self.network.file))
+            self.collect_types([(self.network.file, top)])
 
     def _spread(
         self, spread: ET.Element, what: str, shares: Mapping[str, float]
@@ -749,10 +762,16 @@ class _Found:
             kinds.setdefault(way.route, way.type)
             stops.setdefault(way.route, []).extend(way.stops)
         choices = RouteChoices(self.network)
-        return [
-            route.loop(self.network, choices, kinds.get(name, DEFAULT_TYPE).vclass, stops.get(name, ()))
-            for name, route in self.routes.items()
-        ]
+        loops = []
+        for name, route in self.routes.items():
+            vclass = kinds.get(name, DEFAULT_TYPE).vclass
+            try:
+                loops.append(route.loop(self.network, choices, vclass, stops.get(name, ())))
+            except RouteError as error:
+                if name in kinds or not kinds:
+                    raise
+                self.undriven[name] = f"{error}; no vehicle drives it, so it is left out"
+        return loops
 
     def with_unfit(self, ungated: UngatedFleet, own: Tops) -> UngatedFleet:
         """Return the vehicles that no gate can drive, with those whose stops none can make."""
@@ -774,7 +793,7 @@ class _Found:
                     raise
                 why = str(error).removeprefix(f"{path}: vehicle {asked.element.get('id', '')}: ")
                 self.unfit_vehicles.append(Ungated(asked.element, why))
-        stopping = (route for route in self.routes.values() if route.stops)
+        stopping = (route for route in self.routes.values() if route.stops and route.id in loops)
         return tuple(vehicles), {
             route.id: on_loop(
                 loops[route.id],

@@ -14,6 +14,7 @@ import sumo
 from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
 from loopgate.network.road import VEHICLE_CLASSES
+from loopgate.network.xml_file import open_xml
 from loopgate.reading import shown
 
 _XSD = "{http://www.w3.org/2001/XMLSchema}"
@@ -170,6 +171,13 @@ def sumo_attributes(element: str) -> frozenset[str]:
             found |= {one.get("name", "") for one in kind.iter(f"{_XSD}attribute")}
             ahead += [one.get("base", "") for one in kind.iter(f"{_XSD}extension")]
     return frozenset(found)
+
+
+def vehicle_types_of(network: Path) -> list[ET.Element]:
+    """Return the vehicle types that a network's file defines, which SUMO takes for those of vehicles."""
+    with open_xml(network) as stream:
+        read = ET.iterparse(stream)  # noqa: S314  read before, by the same parser
+        return [element for _, element in read if element.tag == "vType"]
 
 
 def type_of_class(vclass: str, source: str) -> VehicleType:

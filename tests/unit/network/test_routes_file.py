@@ -209,6 +209,37 @@ OWN = """<routes>
 </routes>"""
 
 
+def test_a_route_that_nobody_drives_may_be_broken(tmp_path: Path) -> None:
+    """It is left out, with the reason; without vehicles each route is a loop, and a broken one is refused."""
+    file = tmp_path / "x.rou.xml"
+    broken = '<route id="r" edges="a b c"/><route id="bad" edges="a c"><stop edge="c" duration="1"/></route>'
+    file.write_text(f'<routes>{broken}<vehicle id="v" route="r" depart="0"/></routes>')
+    read = read_loops(NET, file)
+    assert [loop.id for loop in read.loops] == ["r"]
+    assert any("bad: edge a does not lead to edge c" in one and "left out" in one for one in read.left_out)
+    file.write_text(f"<routes>{broken}</routes>")
+    with pytest.raises(RouteError, match="bad: edge a does not lead to edge c"):
+        read_loops(NET, file)
+
+
+def test_a_type_may_stand_in_the_network(tmp_path: Path) -> None:
+    """SUMO takes it from there; what the route file says goes first, and a name in neither is refused."""
+    net = tmp_path / "n.net.xml"
+    net.write_text(GRID.read_text().replace("</net>", '<vType id="van" length="6.5"/></net>'))
+    file = tmp_path / "x.rou.xml"
+    for own, length_m in (("", 6.5), ('<vType id="van" length="7"/>', 7.0)):
+        file.write_text(f"<routes>{own}{ROUND}{VAN.format('van')}</routes>")
+        assert read_loops(RoadNetwork.open(net), file).vehicles[0].type.length_m == length_m
+    file.write_text(f"<routes>{ROUND}{VAN.format('truck')}</routes>")
+    with pytest.raises(RouteError, match="its type 'truck' is no <vType>"):
+        read_loops(RoadNetwork.open(net), file)
+
+
+GRID = Path(__file__).parents[3] / "networks" / "grid5-priority.net.xml"
+ROUND = '<route id="r" edges="A0A1 A1B1 B1B0 B0A0"/>'
+VAN = '<vehicle id="v" route="r" depart="0" type="{}"/>'
+
+
 def test_what_sumo_does_not_know_of_types_is_said(tmp_path: Path) -> None:
     """With the number of types that have it; an attribute of a model of car following is known."""
     kinds = '<vType id="a" bogus="3" stepping="1" carFollowModel="IDM"/><vType id="b" bogus="4" tau="1.5"/>'
