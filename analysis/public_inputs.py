@@ -138,7 +138,7 @@ def _summary(rows: pd.DataFrame) -> str:
     gated, ordinary = ended["gated"].sum(), ended["ordinary"].sum()
     codes = ", ".join(f"{code}: {count}" for code, count in sorted(Counter(rows["loopgate"]).items()))
     return (
-        f"{len(rows)} inputs; SUMO drives {len(of_sumo)}, loopgate {len(ended)} of these (exit codes {codes});"
+        f"{len(rows)} inputs; SUMO drives {len(of_sumo)}, loopgate {len(ended)} of them (codes codes {codes});"
         f" {gated:.0f} of {gated + ordinary:.0f} vehicles gated, {ended['collisions'].sum():.0f} collisions"
     )
 
