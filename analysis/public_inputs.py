@@ -137,10 +137,11 @@ def _summary(rows: pd.DataFrame) -> str:
     ended = of_sumo[of_sumo["loopgate"].isin((0, 3))]
     gated, ordinary = ended["gated"].sum(), ended["ordinary"].sum()
     codes = ", ".join(f"{code}: {count}" for code, count in sorted(Counter(rows["loopgate"]).items()))
-    return (
-        f"{len(rows)} inputs; SUMO drives {len(of_sumo)}, loopgate {len(ended)} of them (codes codes {codes});"
-        f" {gated:.0f} of {gated + ordinary:.0f} vehicles gated, {ended['collisions'].sum():.0f} collisions"
+    ends = f"SUMO drives {len(of_sumo)}, loopgate {len(ended)} of them (exit codes {codes})"
+    shares = (
+        f"{gated:.0f} of {gated + ordinary:.0f} vehicles gated, {ended['collisions'].sum():.0f} collisions"
     )
+    return f"{len(rows)} inputs; {ends}; {shares}"
 
 
 def main() -> int:
