@@ -25,13 +25,26 @@ GRANT: Final = "grant"
 REFUSE: Final = "refuse"
 
 
+class Queue:
+    """The vehicles that stand on an edge on their way to the next edge.
+
+    `now`: how many were counted so far in this step. `steps`: in how many steps so many stood there.
+    """
+
+    __slots__ = ("now", "steps")
+
+    def __init__(self) -> None:
+        self.now = 0
+        self.steps: dict[int, int] = {}
+
+
 class Diary:
     """The record of one vehicle: what it has passed on its path, and its counters.
 
     The counters begin with the measured time. `track`: the path with its legs as the abstraction drew them.
     `path`: the same legs as objects of the ledger. `all_laps`: laps so far, from the start on. `edge`: the
-    edge that the front is on, or has left last. `movement`: that edge, and the edge that comes next, "" if
-    none does. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it
+    edge that the front is on, or has left last. `queue`: the queue that it is in if it stands there, once it
+    was asked for. `leapt_m`: the leaps of its odometer, which are not driven [m]. `halted_s`: since when it
     stands at the stop line where it is held [s]; infinite if it does not. `longest_stood_s`: the longest time
     for which it stood, for whatever cause [s].
     """
@@ -87,7 +100,7 @@ class Diary:
         self._edge = 0
         self._edge_laps_m = 0.0
         self._edge_m = self._begins_m[0]
-        self._note_movement()
+        self.queue: Queue | None = None
         while self._edge_m <= vehicle.front_m:
             self._next_edge()
         self._entered = vehicle.granted
@@ -105,12 +118,16 @@ class Diary:
 
     def aim(self) -> None:
         """After a grant, find where the next event to record will be."""
-        self._leg_m = inf
-        if self._entered < self.vehicle.granted:
-            number = self._entered + 1
-            laps = number // len(self.path)
-            self._leg_m = laps * self.vehicle.lap_m + self.path[number - laps * len(self.path)].begin_m
+        self._leg_m = self._next_leg_m()
         self._find_next()
+
+    def _next_leg_m(self) -> float:
+        """Return where the next leg begins that is granted and not yet entered [m]; infinite if none is."""
+        number = self._entered + 1
+        if number > self.vehicle.granted:
+            return inf
+        laps = number // len(self.path)
+        return laps * self.vehicle.lap_m + self.path[number - laps * len(self.path)].begin_m
 
     def _find_next(self) -> None:
         next_m = self._edge_m
@@ -136,7 +153,7 @@ class Diary:
         while front_m >= self._leg_m:
             self._entered += 1
             rows.append((now_s, name, ENTER, self.path[self._entered % len(self.path)].place.name, ""))
-            self.aim()
+            self._leg_m = self._next_leg_m()
         self._find_next()
         return renewed
 
@@ -147,11 +164,13 @@ class Diary:
             self._edge = 0
             self._edge_laps_m += self.vehicle.lap_m
         self._edge_m = self._edge_laps_m + self._begins_m[self._edge]
-        self._note_movement()
+        self.queue = None
 
-    def _note_movement(self) -> None:
+    @property
+    def movement(self) -> tuple[str, str]:
+        """The edge, and the edge that comes next; "" if none does."""
         last = self._edge == 0 and not self.track.rounds
-        self.movement = self.edge, "" if last else self._edges[self._edge]
+        return self.edge, "" if last else self._edges[self._edge]
 
     @property
     def laps(self) -> int:
@@ -169,7 +188,8 @@ class Diary:
         goes_on = now_s - self._stood_at_s < 1.5 * step_s
         self._stands_s = self._stands_s + step_s if goes_on else step_s
         self._stood_at_s = now_s
-        self.longest_stood_s = max(self.longest_stood_s, self._stands_s)
+        if self._stands_s > self.longest_stood_s:  # noqa: PLR1730  a call of `max` costs three times this
+            self.longest_stood_s = self._stands_s
 
     @property
     def distance_m(self) -> float:
@@ -202,27 +222,31 @@ class Diary:
 class StepSeen:
     """What `look` has found.
 
-    `renewed`: the vehicles whose route SUMO has renewed. `still`: the vehicles that stand. `leapt`: the
-    vehicles that came farther than they can drive, with the distances [m].
+    `driven_m`: how far all vehicles came together [m]. `renewed`: the vehicles whose route SUMO has renewed.
+    `still`: the vehicles that stand. `leapt`: the vehicles that came farther than they can drive, with the
+    distances [m].
     """
 
-    __slots__ = ("leapt", "renewed", "still")
+    __slots__ = ("driven_m", "leapt", "renewed", "still")
 
     def __init__(self) -> None:
+        self.driven_m = 0.0
         self.renewed: list[Vehicle] = []
         self.still: list[Vehicle] = []
         self.leapt: list[tuple[Vehicle, float]] = []
 
 
 def look(
-    vehicles: list[Vehicle], diaries: list[Diary], fronts_m: list[float], ledger: Ledger, rows: list[Row]
+    vehicles: list[Vehicle], diaries: list[Diary], odometers_m: list[float], ledger: Ledger, rows: list[Row]
 ) -> StepSeen:
-    """Set the fronts [m] and speeds of all vehicles, and record what they have reached."""
+    """Set the fronts and speeds of all vehicles from their odometers [m], and record what they reached."""
     seen, due, step_s = StepSeen(), list[Vehicle](), ledger.step_s
-    still, leapt = seen.still, seen.leapt
+    still, leapt, driven_m = seen.still, seen.leapt, 0.0
     still_m, fast_m = STANDING_MPS * step_s, LEAP_MPS * step_s
-    for vehicle, front_m in zip(vehicles, fronts_m, strict=True):
+    for vehicle, odometer_m in zip(vehicles, odometers_m, strict=True):
+        front_m = odometer_m + vehicle.offset_m
         moved_m = front_m - vehicle.front_m
+        driven_m += moved_m
         vehicle.front_m = front_m
         vehicle.speed = moved_m / step_s
         if front_m >= vehicle.due_m or front_m >= vehicle.noted_m:
@@ -231,6 +255,7 @@ def look(
             still.append(vehicle)
         elif moved_m > fast_m and moved_m > (vehicle.make.top + LEAP_MPS) * step_s:
             leapt.append((vehicle, moved_m))
+    seen.driven_m = driven_m
     now_s = ledger.now_s
     for vehicle in due:
         if vehicle.front_m >= vehicle.noted_m and diaries[vehicle.row].pass_by(now_s, rows):

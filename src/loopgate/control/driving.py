@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
-from operator import add, sub
 from time import perf_counter
 from types import MappingProxyType
 from typing import Final
@@ -16,7 +14,7 @@ from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.credits import may_turn
-from loopgate.control.diary import Diary, Row, StepSeen, look, write_down
+from loopgate.control.diary import Diary, Queue, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
 from loopgate.control.layout import Drawings, PlaceLayout
 from loopgate.control.ledger import Ledger
@@ -157,35 +155,24 @@ class Arrivals:
 
 
 class Fronts:
-    """The fronts of all vehicles after the last step.
+    """The fronts of all vehicles after the last step: what their odometers say, on their paths.
 
-    `names`: the vehicles, in the order of their rows. `vehicles`: the same as objects of the ledger. All is
-    kept in lists: of a hundred vehicles, arrays cost more than they spare.
+    `names`: the vehicles, in the order of their rows. `vehicles`: the same as objects of the ledger.
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
         self.names: list[str] = []
         self.vehicles: list[Vehicle] = []
-        self._fronts_m: list[float] = []
-        self._offsets_m: list[float] = []
-        self._shifts_m: list[float] = []
-        """By how much arc lengths are larger on the present path of each vehicle than on its first [m]."""
-        self._shifted = False
-
-    @property
-    def at_m(self) -> Floats:
-        """The arc length of each front along its path [m]."""
-        return np.array(self._fronts_m)
+        self._shifts_m: dict[Vehicle, float] = {}
+        """By how much arc lengths are larger on the present path than on the first, where they are [m]."""
 
     def add(self, vehicles: Sequence[Vehicle]) -> None:
         """Add vehicles that have come, with their fronts as they are now."""
         names = [vehicle.name for vehicle in vehicles]
-        odometers = self._traffic.odometers(names)
-        for vehicle, odometer in zip(vehicles, odometers, strict=True):
-            self._fronts_m.append(vehicle.front_m)
-            self._offsets_m.append(vehicle.front_m - odometer)
-            self._shifts_m.append(0.0)
+        for vehicle, odometer_m in zip(vehicles, self._traffic.odometers(names), strict=True):
+            vehicle.offset_m = vehicle.front_m - odometer_m
+            vehicle.front_m = odometer_m + vehicle.offset_m  # as it is read: it has not moved by rounding
         self.names += names
         self.vehicles += vehicles
 
@@ -193,61 +180,36 @@ class Fronts:
         """Keep the vehicles in these rows, in their order, and drop the others."""
         self.names = [self.names[row] for row in rows]
         self.vehicles = [self.vehicles[row] for row in rows]
-        self._fronts_m = [self._fronts_m[row] for row in rows]
-        self._offsets_m = [self._offsets_m[row] for row in rows]
-        self._shifts_m = [self._shifts_m[row] for row in rows]
+        if self._shifts_m:
+            there = set(self.vehicles)
+            self._shifts_m = {one: by_m for one, by_m in self._shifts_m.items() if one in there}
 
-    def shift(self, row: int, by_m: float) -> None:
-        """Note that the vehicle in a row changes to another path, where arc lengths are `by_m` larger."""
-        self._fronts_m[row] += by_m
-        self._shifts_m[row] += by_m
-        self._shifted = True
-        self.jumped(row, by_m)
+    def shift(self, vehicle: Vehicle, by_m: float) -> None:
+        """Note that a vehicle has changed to another path, where arc lengths are `by_m` larger."""
+        self._shifts_m[vehicle] = self._shifts_m.get(vehicle, 0.0) + by_m
+        vehicle.offset_m += by_m
 
     def as_driven(self) -> list[float]:
         """Return the arc length of each front [m]; other paths continue the first path of a vehicle."""
-        if not self._shifted:
-            return self._fronts_m.copy()
-        return [*map(sub, self._fronts_m, self._shifts_m)]
-
-    def jumped(self, row: int, skipped_m: float) -> None:
-        """Note that SUMO moved the vehicle in a row `skipped_m` ahead; its odometer does not count that."""
-        self._offsets_m[row] += skipped_m
-
-    def offset_m(self, row: int) -> float:
-        """Return the arc length of a front minus the odometer of its vehicle [m]."""
-        return self._offsets_m[row]
-
-    def read(self, there: int) -> tuple[list[float], float]:
-        """Read all fronts; return them, and how far the first `there` vehicles came since the last call [m].
-
-        The distance is the sum over these vehicles.
-        """
-        before = self._fronts_m
-        fronts_m = self._fronts_m = [*map(add, self._traffic.odometers(self.names), self._offsets_m)]
-        if there < len(before):
-            before = before[:there]
-        return fronts_m, sum(map(sub, fronts_m, before), 0.0)
-
-    def odometer(self, row: int) -> float:
-        """Return the odometer of the vehicle in a row as it was after the last step [m]."""
-        return self._fronts_m[row] - self._offsets_m[row]
+        if not self._shifts_m:
+            return [vehicle.front_m for vehicle in self.vehicles]
+        return [vehicle.front_m - self._shifts_m.get(vehicle, 0.0) for vehicle in self.vehicles]
 
     def odometers(self) -> Floats:
         """Return the odometers as they were after the last step [m]."""
-        return np.array([*map(sub, self._fronts_m, self._offsets_m)])
+        return np.array([vehicle.front_m - vehicle.offset_m for vehicle in self.vehicles])
 
 
 class Totals:
     """Sums over the vehicles on the road and the vehicles that have left.
 
-    `queues`: since `counts_from_s`, the number of steps in which so many vehicles stood on an edge on their
-    way to the next edge. `leaps`: vehicle, time [s] and length [m] of each leap of an odometer.
+    `queues`: since `counts_from_s`, the queues on each edge on the way to the next edge. `leaps`: vehicle,
+    time [s] and length [m] of each leap of an odometer.
     """
 
     def __init__(self, traffic: Traffic) -> None:
         self._traffic = traffic
-        self.queues = Counter[tuple[tuple[str, str], int]]()
+        self.queues: dict[tuple[str, str], Queue] = {}
         self.counts_from_s = 0.0
         self.leaps: list[tuple[str, float, float]] = []
         self._steps = self._standing = 0
@@ -259,10 +221,10 @@ class Totals:
         """Keep the laps of a vehicle that leaves."""
         self._laps += diary.all_laps
 
-    def look(self, seen: StepSeen, diaries: Sequence[Diary], there: int, driven_m: float) -> None:
-        """Count one step, in which the first `there` vehicles came `driven_m` [m] in all."""
+    def look(self, seen: StepSeen, diaries: Sequence[Diary], there: int) -> None:
+        """Count one step. `there`: how many vehicles were there before the step; those are the first."""
         self._steps += 1
-        self._driven_m += driven_m
+        self._driven_m += seen.driven_m
         for vehicle, moved_m in seen.leapt:
             self._note_leap(diaries[vehicle.row], moved_m, self._traffic.now_s)
         # A vehicle does not move in the step in which it departs.
@@ -273,9 +235,18 @@ class Totals:
     def _stand(self, diaries: Sequence[Diary], step_s: float, now_s: float) -> None:
         self._standing += len(diaries)
         if now_s >= self.counts_from_s:
+            queues: list[Queue] = []
             for diary in diaries:
                 diary.stands(step_s, now_s)
-            self.queues.update(Counter([diary.movement for diary in diaries]).items())
+                queue = diary.queue
+                if queue is None:
+                    queue = diary.queue = self.queues.setdefault(diary.movement, Queue())
+                if not queue.now:
+                    queues.append(queue)
+                queue.now += 1
+            for queue in queues:
+                queue.steps[queue.now] = queue.steps.get(queue.now, 0) + 1
+                queue.now = 0
 
     def _note_leap(self, diary: Diary, moved_m: float, now_s: float) -> None:
         name = diary.vehicle.name
@@ -533,7 +504,7 @@ class Driving:
         kind = make.with_top(track.top_speed_mps * make.haste)
         by_m = turn_off(self.ledger, vehicle, path[track.position], kind, track.lap_m)
         row = vehicle.row
-        self.fronts.shift(row, by_m)
+        self.fronts.shift(vehicle, by_m)
         self.diaries[row].turns_off(track, path, by_m)
         for part in self.parts:
             part.turned_off(vehicle, track)
@@ -547,9 +518,9 @@ class Driving:
 
     def jumped(self, name: str, skipped_m: float) -> None:
         """Note that SUMO moved a vehicle `skipped_m` ahead without driving."""
-        diary = self.diaries[self.ledger.vehicles[name].row]
-        self.fronts.jumped(diary.vehicle.row, skipped_m)
-        diary.jumped(skipped_m)
+        vehicle = self.ledger.vehicles[name]
+        vehicle.offset_m += skipped_m
+        self.diaries[vehicle.row].jumped(skipped_m)
 
     def step(self) -> None:
         """Advance SUMO by one step, then call `after_step`."""
@@ -566,12 +537,12 @@ class Driving:
         self._say_goodbye(self._traffic.arrived())
         there = len(self.diaries)
         self.arrivals.come(self.welcome)
-        fronts_m, driven_m = self.fronts.read(there)
-        seen = look(self.fronts.vehicles, self.diaries, fronts_m, self.ledger, self.rows)
+        odometers_m = self._traffic.odometers(self.fronts.names)
+        seen = look(self.fronts.vehicles, self.diaries, odometers_m, self.ledger, self.rows)
         for vehicle in seen.renewed:
             self._hold_anew(vehicle)
         self.brakes.look()
-        self.totals.look(seen, self.diaries, there, driven_m)
+        self.totals.look(seen, self.diaries, there)
         for name in self._traffic.halted():
             if name in self.diary_of:
                 self._halts(self.diary_of[name], now_s)

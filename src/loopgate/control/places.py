@@ -339,6 +339,7 @@ class Make:
 
     __slots__ = (
         "_dawdling",
+        "_sure",
         "accel",
         "brakes_late",
         "dawdles",
@@ -385,11 +386,15 @@ class Make:
         self.weak_accel: Final = accel * min(_WEAK, 1.0 - dawdles)
         self.sure_accel: Final = min(accel, self.weak_accel / _WEAK)
         self._dawdling: Final = max(0.0, dawdles * accel - _DAWDLING_MPS)
+        self._sure: dict[float, float] = {}
+        """What `surely` has returned, by limit."""
 
     def surely(self, limit: float) -> float:
         """Return the speed that the vehicle surely keeps where it is free to drive at a limit [m/s]."""
-        wanted = min(self.top, self.own_top, limit * min(1.0, self.pace / _SLOWEST))
-        return max(_CREEPS_MPS, _SLOW * wanted - self._dawdling)
+        if limit not in self._sure:
+            wanted = min(self.top, self.own_top, limit * min(1.0, self.pace / _SLOWEST))
+            self._sure[limit] = max(_CREEPS_MPS, _SLOW * wanted - self._dawdling)
+        return self._sure[limit]
 
     @property
     def figures(self) -> tuple[float, ...]:
@@ -434,7 +439,8 @@ class Vehicle:
 
     Where it is: `front_m`, `speed`: arc length of its front [m] and speed [m/s]. `line_m`: arc length of its
     stop line, the end of the last granted leg [m]. `due_m`: arc length at which the ledger must act next [m].
-    `noted_m`: arc length at which there is something to record next [m].
+    `noted_m`: arc length at which there is something to record next [m]. `offset_m`: arc length of its front
+    less its odometer [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
     `credits`: by place ahead, how often its path still comes there; it keeps its extra metres there.
@@ -449,9 +455,9 @@ class Vehicle:
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "credits",
         "due_m", "front_m", "granted", "guide_m", "halted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "parks", "reason",
-        "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m", "trips",
-        "watchers", "withheld", "woken",
+        "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m", "parks",
+        "reason", "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m",
+        "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -463,7 +469,7 @@ class Vehicle:
         self.leg = leg
         self.granted = leg.number
         self.laps_m = 0.0
-        self.front_m = 0.0
+        self.front_m = self.offset_m = 0.0
         self.speed = 0.0
         self.line_m = self._end_m()
         self.bodies: list[Body] = []

@@ -173,7 +173,7 @@ class GatedDepartures(Departures):
             diary.stood_s,
             diary.longest_stood_s,
             diary.worst_wait_s(now_s),
-            self._driving.fronts.odometer(vehicle.row),
+            vehicle.front_m - vehicle.offset_m,
             vehicle.make.top,
         )
 

@@ -218,10 +218,7 @@ class Drive:
     @property
     def queues(self) -> Mapping[tuple[str, str], Mapping[int, int]]:
         """For each edge and the next edge, in how many steps how many vehicles stood there."""
-        found: dict[tuple[str, str], dict[int, int]] = {}
-        for (movement, length), steps in self.driving.totals.queues.items():
-            found.setdefault(movement, {})[length] = steps
-        return found
+        return {movement: queue.steps for movement, queue in self.driving.totals.queues.items()}
 
     @property
     def taken_out(self) -> list[str]:

@@ -183,7 +183,7 @@ class UngatedClosures:
         by_m = track.edges[there][0] + at_m - diary.track.edges[here][0] - vehicle.front_m
         vehicle.lap_m, vehicle.laps_m = track.lap_m, 0.0
         vehicle.front_m += by_m
-        self._driving.fronts.shift(vehicle.row, by_m)
+        self._driving.fronts.shift(vehicle, by_m)
         diary.turns_off(track, diary.path, by_m)
         self._driving.stops.turned_off(vehicle, track)
         self._led[vehicle.name] += 1

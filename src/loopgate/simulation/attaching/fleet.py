@@ -9,7 +9,6 @@ from typing import Any
 from loopgate.abstraction.itinerary import Track
 from loopgate.control.diary import Diary
 from loopgate.control.parking import mend_order
-from loopgate.control.places import Vehicle
 from loopgate.errors import GateError
 from loopgate.gates import Gate, Reason
 from loopgate.model import System
@@ -73,10 +72,6 @@ class Fleet:
     def diaries(self) -> Mapping[str, Diary]:
         """The diaries of the vehicles, by name."""
         return self.leads.diaries
-
-    def offset_m(self, vehicle: Vehicle) -> float:
-        """Return the arc length of a vehicle's front minus its odometer [m]."""
-        return self._driving.fronts.offset_m(vehicle.row)
 
     @property
     def settled(self) -> bool:

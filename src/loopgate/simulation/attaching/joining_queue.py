@@ -50,7 +50,7 @@ class JoiningQueue:
         self._next: Plan | None = None
         self.fleet = fleet
         """The vehicles under the gate."""
-        self._moves = Moves(network, traffic, fleet.offset_m)
+        self._moves = Moves(network, traffic)
         self.newcomers: dict[str, Newcomer] = {}
         self._spare: tuple[Plan | None, float] = None, math.inf
         """The plan without the detours laid last, and when it is used if some vehicle does not settle [s]."""

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from math import inf
 
 from loopgate.control.diary import Diary
-from loopgate.control.places import Vehicle
 from loopgate.network import RoadNetwork
 from loopgate.traffic.base import Traffic
 
@@ -25,12 +24,10 @@ class Moves:
     ----------
     network, traffic
         The roads, and the running simulation.
-    offset_m
-        Returns the arc length of a vehicle's front minus its odometer [m].
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, offset_m: Callable[[Vehicle], float]) -> None:
-        self._network, self._traffic, self._offset_m = network, traffic, offset_m
+    def __init__(self, network: RoadNetwork, traffic: Traffic) -> None:
+        self._network, self._traffic = network, traffic
         self._seen_s = traffic.now_s
         self._inside: defaultdict[str, list[tuple[str, str, float, float]]] = defaultdict(list)
         """For each lane inside a junction: the edges before and after it, the share of the way across that
@@ -51,7 +48,7 @@ class Moves:
 
     def _is_moved(self, diary: Diary, elapsed_s: float) -> bool:
         lane, at_m = self._traffic.lane(diary.vehicle.name)
-        front_m = self._traffic.odometer(diary.vehicle.name) + self._offset_m(diary.vehicle)
+        front_m = self._traffic.odometer(diary.vehicle.name) + diary.vehicle.offset_m
         driven_m = front_m - diary.vehicle.front_m
         if driven_m > _ROUNDING_M and diary.halted_s < inf:
             return True  # it was held at its stop line, and cannot have driven
