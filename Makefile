@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak mutants standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -85,6 +85,9 @@ networks: $(STAMP) ## rebuild networks/*.net.xml and show what changed
 
 house: $(STAMP) ## measure the house by its ways: files executed from input to effect, circles, lines by room
 	$(BIN)/python analysis/house.py
+
+mutants: $(STAMP) ## break the ledger and the chain rule in 300 small ways: what no test notices; hours, goes on where it stopped
+	nice $(BIN)/python analysis/mutants.py
 
 bench-sweep: $(STAMP) ## measure: sweeps in one process and in one per processor
 	$(BIN)/python analysis/bench_sweep.py

@@ -7,11 +7,8 @@ gate that can be made anew.
 
 from __future__ import annotations
 
-import comers
 import pytest
 from comers import Comers, Everything, explored
-
-from loopgate.gates.certified import chain
 
 
 def residents() -> Everything:
@@ -52,15 +49,3 @@ def test_loops_leave_room_for_who_comes_later() -> None:
     everything = residents()
     assert not everything.stuck()
     assert max(sum(map(len, node.lines)) for node in everything.moves) == 3
-
-
-def test_were_they_not_to_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With three of them there nobody else ever gets through."""
-    monkeypatch.setattr(comers, "find_crowd", lambda *_: None)
-    assert residents().stuck()
-
-
-def test_were_everybody_let_in_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who fills a place although that closes a circle makes a configuration from which nobody arrives."""
-    monkeypatch.setattr(chain, "closes_by_entering", lambda *_, **__: False)
-    assert any(everything.stuck() for everything in explored(range(150), loops=False, least=2, most=260))

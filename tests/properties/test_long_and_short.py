@@ -6,8 +6,6 @@ import mixed_lengths
 import pytest
 from mixed_lengths import look
 
-from loopgate.control import credits as kept
-
 
 def seen(*, loops: bool = False) -> Counter[str]:
     """Look at some dozens of systems, of which the small ones count."""
@@ -21,18 +19,6 @@ def test_all_fit_and_get_on(loops: bool) -> None:  # noqa: FBT001  a case
     assert (found["do not fit"], found["stuck"]) == (0, 0)
     assert found["systems"] > 8
     assert found["with more vehicles than the longest"] > 100
-
-
-def test_were_nothing_kept_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cars would take the room of buses that are on their way."""
-    monkeypatch.setattr(kept, "_add", lambda *_: None)
-    assert seen()["do not fit"] > 0
-
-
-def test_were_everybody_let_in_that_would_be_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who comes may close a circle."""
-    monkeypatch.setattr(kept, "closes_by_entering", lambda _: False)
-    assert seen()["stuck"] > 0
 
 
 def test_the_oracle_knows_metres_only() -> None:

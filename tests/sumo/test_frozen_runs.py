@@ -17,6 +17,7 @@ from random import Random
 from typing import Any, Final
 
 import pytest
+from heart import draw_trips
 from made_networks import netgenerate, small_roundabout, two_rings_of_road
 
 from loopgate.network import RoadNetwork, generate_loops
@@ -47,6 +48,9 @@ GRID = Scenario(
     network=str(ROOT / "networks" / "grid5-priority.net.xml"), loops=12, vehicles=90, duration_s=80.0
 )
 ACTUATED = replace(GRID, network=str(ROOT / "networks" / "grid5-actuated.net.xml"), vehicles=60)
+TOWN = Scenario(
+    network="sumo:DRT", traffic=f"{TEMPORARY}/town.rou.xml", loops=30, vehicles=100, duration_s=100.0
+)
 
 SCENARIOS: Final[dict[str, Scenario]] = {
     "open": replace(GRID, gate="open", vehicles=60),
@@ -100,6 +104,29 @@ SCENARIOS: Final[dict[str, Scenario]] = {
         gate="certified:promise=somebody",
     ),
     "left turners": replace(GRID, network=f"{TEMPORARY}/wide.net.xml", loops=20, vehicles=90, seed=294),
+    "trips, more than fit": replace(
+        GRID, routes=f"{TEMPORARY}/trips.rou.xml", loops=0, vehicles=0, duration_s=150.0
+    ),
+    "trips, lights obeyed": replace(
+        ACTUATED, routes=f"{TEMPORARY}/trips.rou.xml", loops=0, vehicles=0, lights="obey", duration_s=100.0
+    ),
+    "stops and parking": replace(
+        GRID,
+        routes=f"{TEMPORARY}/stops.rou.xml",
+        stops=f"{TEMPORARY}/stops.add.xml",
+        loops=0,
+        vehicles=0,
+        duration_s=300.0,
+    ),
+    "closures and breakdowns": replace(
+        GRID,
+        incidents=f"{TEMPORARY}/incidents.toml",
+        vehicles=60,
+        duration_s=150.0,
+    ),
+    "held apart": replace(GRID, spacing="hold", vehicles=60),
+    "a town among ordinary traffic": replace(TOWN, lights="off"),
+    "a town among ordinary traffic, lights obeyed": replace(TOWN, lights="obey"),
     "misled": replace(GRID, vehicles=60, duration_s=60.0),
     "misled, oldest": replace(GRID, vehicles=60, duration_s=60.0, negotiation="oldest"),
 }
@@ -157,6 +184,56 @@ def write_inputs(folder: Path) -> None:
     spider = "--spider --spider.arm-number=6 --spider.circle-number=2 --spider.space-radius=100 --seed=103294"
     options = f"{spider} -L 3 -j traffic_light --default.junctions.radius=8"
     netgenerate(options, folder / "wide.net.xml")
+    write_trips(folder, network)
+    write_stops(folder, network)
+    draw_trips("sumo:DRT", 1.0, 100.0, 1, folder / "town.rou.xml")
+
+
+def write_trips(folder: Path, network: RoadNetwork) -> None:
+    """Write trips of cars, vans and buses on twenty ways, three in a second; and incidents for others."""
+    rng, edges = Random(2), sorted(network.edges)
+    kinds = {"car": (5.0, 2.5), "van": (7.0, 1.5), "bus": (12.0, 3.5)}
+    lines = [f'<vType id="{k}" length="{m}" minGap="{gap}"/>' for k, (m, gap) in kinds.items()]
+    ways = [rng.sample(edges, 2) for _ in range(20)]
+    for number in range(300):
+        (start, end), kind = rng.choice(ways), rng.choice(("car", "car", "car", "van", "bus"))
+        depart = f'id="t{number}" type="{kind}" depart="{number / 3:.0f}"'
+        lines.append(f'<trip {depart} from="{start}" to="{end}"/>')
+    (folder / "trips.rou.xml").write_text(f"<routes>{''.join(lines)}</routes>", encoding="utf-8")
+    incidents = (
+        '[[closures]]\nedge = "C2C1"\nfrom = 20\nto = 120\n'
+        '[[closures]]\nlane = "B2C2_0"\nfrom = 100\nto = 160\n'
+        '[[breakdowns]]\nvehicle = "v1"\nfrom = 45\nto = 180\n[[breakdowns]]\nvehicle = "v9"\nfrom = 90\n'
+    )
+    (folder / "incidents.toml").write_text(incidents, encoding="utf-8")
+
+
+def write_stops(folder: Path, network: RoadNetwork) -> None:
+    """Write loops with stops on every third road, and a flow of vehicles that park among others."""
+    draw, lines = Random(3), []
+    for number, loop in enumerate(generate_loops(network, 10, length_m=(500.0, 1500.0))):
+        stops = ""
+        for edge in loop.edges[::3]:
+            end_m, duration_s = draw.uniform(8.0, 79.0), draw.choice((5, 12, 25))
+            stops += (
+                f'<stop lane="{edge}_0" startPos="{end_m - 2}" endPos="{end_m}" duration="{duration_s}"/>'
+            )
+        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
+        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
+    ring = 'edges="B2C2 C2C1 C1B1 B1B2"'
+    lines += [
+        f'<route id="long" {ring}><stop parkingArea="yard" duration="100"/></route>',
+        f'<route id="short" {ring}><stop parkingArea="kerb" duration="30"/></route>',
+        '<flow id="p" route="short" begin="2" period="9" number="8"/>',
+        '<vehicle id="l" route="long" depart="0"/><vehicle id="m" route="long" depart="20"/>',
+    ]
+    lines.sort(key=lambda line: 'depart="20"' in line or "<flow" in line)
+    places = (
+        '<parkingArea id="yard" lane="C2C1_0" startPos="20" endPos="60" roadsideCapacity="3"/>'
+        '<parkingArea id="kerb" lane="B1B2_0" startPos="10" endPos="70" roadsideCapacity="6"/>'
+    )
+    (folder / "stops.rou.xml").write_text(f"<routes>{''.join(lines)}</routes>", encoding="utf-8")
+    (folder / "stops.add.xml").write_text(f"<additional>{places}</additional>", encoding="utf-8")
 
 
 class Witness(DeadlockDetector):
@@ -207,7 +284,7 @@ def mislead(patch: pytest.MonkeyPatch) -> None:
 def digests(name: str, folder: Path) -> dict[str, str]:
     """Run a scenario; return hashes of trace, calls to SUMO, what the gate said, and figures."""
     scenario = SCENARIOS[name]
-    keys = ("network", "routes", "traffic")
+    keys = ("network", "routes", "traffic", "stops", "incidents")
     paths = {key: getattr(scenario, key).replace(TEMPORARY, str(folder)) for key in keys}
     Witness.said = []
     calls: list[str] = []
@@ -251,7 +328,8 @@ def test_refusals_of_all_kinds_are_among_these_runs() -> None:
     """Else they would say nothing of them."""
     known = json.loads(FROZEN.read_text(encoding="utf-8"))
     refusals = {reason for run_digests in known.values() for reason in run_digests["refusals"].split()}
-    assert refusals == {"occupied", "crossing", "deadlock", "reserve", "service", "red", "traffic"}
+    by_the_gate = {"occupied", "crossing", "deadlock", "reserve", "service", "red", "traffic"}
+    assert refusals == by_the_gate | {"closed", "spacing", "stop"}
 
 
 def differing(names: Sequence[str]) -> dict[str, dict[str, str]]:

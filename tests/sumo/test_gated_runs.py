@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,9 @@ import pandas as pd
 import pytest
 from full_ring import write_full_ring
 
-from loopgate.control.ledger import Ledger
 from loopgate.errors import PluginError
 from loopgate.results.recorder import read_events
 from loopgate.simulation import run as runs
-from loopgate.simulation.drive import Drive
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.sumo.start import start_traffic
@@ -206,31 +203,3 @@ def test_what_observers_write_fits_together(folder: Path) -> None:
     assert (last["last"] - last["first"]).sum() / 10_000.0 == pytest.approx(
         flow["distance_m"].sum() / 1000.0, rel=0.01
     )
-
-
-def test_nobody_waits_who_could_go(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert waiting_though_free(folder / "free", monkeypatch) == 0
-
-
-def test_were_a_wake_missed_that_would_be_noticed(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Ledger, "_wake_waiting", lambda _, place: place.waiting.clear())
-    monkeypatch.setattr(Ledger, "_wake_watchers", lambda _, vehicle, __: vehicle.watchers.clear())
-    assert waiting_though_free(folder / "missed", monkeypatch) > 0
-
-
-def waiting_though_free(out: Path, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Drive on the grid; return how often a vehicle waited that no rule refused and nobody was to ask."""
-    found = 0
-    step = Drive.step
-
-    def look(self: Drive) -> None:
-        nonlocal found
-        step(self)
-        ledger = self.driving.ledger
-        waiting = [one for one in ledger.waiting if one.leg.place.line[0] is one]
-        found += sum(not (ledger.why_not(one) or one.woken) for one in waiting)
-
-    monkeypatch.setattr(Drive, "step", look)
-    crowded = Scenario(network=GRID, vehicles=330, loops=40, negotiation="pressure:crowded=2")
-    simulate(replace(crowded, duration_s=100.0), out)
-    return found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 from loopgate.control.blocking import ahead, blockers
+from loopgate.control.chain import ChainGate
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, Vehicle, path_of
 from loopgate.control.refusal import Refusal
@@ -42,3 +43,28 @@ def test_a_vehicle_refused_for_the_sake_of_all_waits_for_any_other() -> None:
         ledger.ask(one)
         ledger.answer()
         assert blockers(one, ledger.vehicles.values(), ledger.gate) == ([[other]] if waits else [])
+
+
+def test_a_vehicle_waits_for_whom_its_gate_names() -> None:
+    """For whatever reason; one that is alone and refused by a known one can never move again."""
+    gate, path = Named(), path_of([Place("a", 9), Place("b", 9)], closed=True)
+    for reason, others, waits in (("mine", 1, True), ("mine", 0, False), ("deadlock", 0, True)):
+        gate.reason = reason
+        ledger = Ledger([], gate)
+        one, *found = (ledger.take_in(f"v{number}", path, number) for number in range(1 + others))
+        ledger.ask(one)
+        assert ledger.answer() == []
+        assert blockers(one, ledger.vehicles.values(), gate) == ([found] if waits else [])
+        path = path_of([Place("a", 9), Place("b", 9)], closed=True)
+
+
+class Named(ChainGate):
+    """A gate that refuses everybody for a reason, and names every vehicle but the first."""
+
+    reason = ""
+
+    def allows(self, _vehicle: Vehicle, _now_s: float) -> Refusal | None:
+        return Refusal(self.reason)
+
+    def blockers(self, _vehicle: Vehicle) -> list[str]:
+        return ["v1", "v2"]

@@ -132,3 +132,25 @@ def test_a_vehicle_that_leaves_is_told_nothing_more() -> None:
     assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
     way.courtesy.forget(way.car)
     assert way.tells([], front_m=98.0, speed=0.0) == []
+
+
+def test_a_vehicle_that_gives_way_goes_on_to_while_the_other_is_there() -> None:
+    """Also once it is so slow that it need not brake yet; a vehicle that begins to is told nothing there."""
+    way = Way()
+    (told,) = way.tells([(22.5, 2.5)], front_m=84.0, speed=10.0)
+    assert told is not None
+    assert None not in way.tells([(22.5, 2.5)], front_m=85.0, speed=1.0)
+    assert Way().tells([(22.5, 2.5)], front_m=85.0, speed=1.0) == []
+
+
+def test_a_vehicle_let_go_first_stays_so_until_it_is_past() -> None:
+    """It waited only for vehicles under the gate; it sets out, and nobody is there."""
+    way = Way()
+    for _ in range(40):
+        way.tells([], front_m=98.0, speed=0.0)
+    assert way.goes_first()
+    for front_m in (98.5, 101.0, 105.0, 119.0):
+        way.tells([], front_m=front_m, speed=3.0)
+        assert way.goes_first()
+    way.tells([], front_m=121.0, speed=3.0)
+    assert not way.goes_first()

@@ -385,3 +385,13 @@ def test_a_vehicle_that_leaves_with_a_crossing_held_frees_it() -> None:
     scene.ledger.leave(scene.a)
     assert not scene.b.leg.passes[0].movement.junction.trips
     assert scene.ledger.answer() == [scene.b]
+
+
+def test_a_vehicle_behind_one_that_left_its_place_another_way_does_not_go_first() -> None:
+    """It may have to wait behind that one, which is still on the junction."""
+    scene, aside = Crossed("b", (49.9, -35.0)), Crossed("a", (55.0, 0.0))
+    trip = aside.a.trips[0]
+    scene.over.movement.junction.trips.append(trip)
+    assert scene.found() == LATER
+    scene.over.movement.beside = [trip.over.movement]
+    assert scene.found() == IN_THE_WAY

@@ -7,12 +7,13 @@ from loopgate.control.departures import DepartureRules
 from loopgate.control.places import Place, path_of
 
 
-def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place() -> None:
-    """SUMO may refuse it as long as another vehicle waits behind the place, for as long as that is shut."""
+def shut_at(seconds: int, *, is_clear: bool, inserts: bool) -> list[float]:
+    """Let a vehicle try to depart for so many seconds; return when its place was shut to the others."""
     place, now = Place("a", 2), SimpleNamespace(now_s=0.0)
     shut: list[float] = []
     track = SimpleNamespace(vehicle="late", position=0)
-    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True, let_in=lambda *_: True)
+    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: is_clear)
+    arrivals.let_in = lambda *_: True
     driving = SimpleNamespace(
         arrivals=arrivals,
         ledger=SimpleNamespace(vehicles={}, fits=lambda *_: True, shut=lambda _: shut.append(now.now_s)),
@@ -24,9 +25,20 @@ def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place()
     names = {"vehicle": "late", "place": "a", "insertion": None}
     late = SimpleNamespace(track=track, demand=demand, loop=loop, type=kind, **names)
     rules = DepartureRules(cast("Any", now), cast("Any", driving), [cast("Any", late)], 4, {})
-    for second in range(100):
+    for second in range(seconds):
         now.now_s = float(second)
         rules.look()
-        arrivals.missed = [track] if second in shut else []
+        arrivals.missed = [] if inserts else [track] * (second in shut)
+    return shut
+
+
+def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place() -> None:
+    """SUMO may refuse it as long as another vehicle waits behind the place, for as long as that is shut."""
+    shut = shut_at(100, is_clear=True, inserts=False)
     assert shut[:3] == [0.0, 1.0, 3.0]
     assert len(shut) == 9
+
+
+def test_one_whose_place_never_clears_keeps_the_others_out_every_other_twenty_seconds() -> None:
+    """Others that come in all the time are in its way; it does not keep them out for good."""
+    assert shut_at(80, is_clear=False, inserts=True) == [*range(20, 40), *range(60, 80)]

@@ -13,6 +13,7 @@ from loopgate.control import holds
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
+from loopgate.control.pressure import PressureOrder
 from loopgate.control.rules import usual
 from loopgate.errors import TrafficError
 from loopgate.model import StateId
@@ -316,3 +317,18 @@ def test_the_stage_that_decided_is_noted_with_the_event() -> None:
     granted = [number for number, row in enumerate(road.driving.rows) if row[2] == "grant"]
     assert granted
     assert {road.driving.stages.get(number) for number in granted} == {"chain"}
+
+
+def test_one_that_leaves_its_loop_leaves_room() -> None:
+    """From fuller places on the negotiation keeps vehicles out, the more of them the later."""
+    ways = [replace(track_of(f"v{k}", 10.0), rounds=(Round(f"v{k}p", "round", "first"),)) for k in range(2)]
+    traffic = FakeTraffic({way.vehicle: vehicle_at(way.vehicle, way.front_m) for way in ways})
+    order = PressureOrder()
+    slots = {"pv0": 4, "pv1": 4, "s": 2}
+    ledger = Ledger(usual(), order=order.order, pressing=order)
+    driving = Driving(traffic, PlaceLayout(slots, [way.legs for way in ways]), ledger)
+    driving.take_in(ways)
+    assert order.crowded == pytest.approx(1.0 - 2 / 10)
+    assert driving.once == 0
+    driving.leave("v0")
+    assert order.crowded == pytest.approx(1.0 - 1 / 6)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg
 from loopgate.control.rules import usual
+from loopgate.model import StateId
 from loopgate.network import RoadNetwork, VehicleType, generate_loops
 from loopgate.simulation.attaching.plan import Plan
 
@@ -51,3 +53,16 @@ def test_what_is_laid_later_conflicts_with_what_is_there() -> None:
     assert layout.places.keys() == at_once.places.keys()
     assert layout.places[car.leg.place.name] is car.leg.place
     assert [trip.vehicle for trip in path[at].passes[0].movement.junction.trips] == [car]
+
+
+def test_movements_that_begin_at_one_place_are_of_one_group() -> None:
+    """Though no conflict links them: one waits behind the other where both leave by one lane."""
+    here = StateId("here")
+    ways = [
+        (DrawnLeg(here, 0.0, 50.0, (Crossing(way, frozenset()),)), DrawnLeg(StateId(way), 70.0, 100.0))
+        for way in ("left", "right")
+    ]
+    layout = PlaceLayout({"here": 2, "left": 2, "right": 2}, ways)
+    left, right = (layout.path(way)[0].passes[0].movement for way in ways)
+    assert left is not right
+    assert left.junction is right.junction

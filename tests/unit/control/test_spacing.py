@@ -98,3 +98,15 @@ def test_advice_slows_down_vehicles_that_are_ahead() -> None:
     assert min(told.factors.values()) < 1.0
     spacing.forget(ledger.vehicles["v0"])
     assert len(ring.vehicles) == 2
+
+
+def test_however_far_one_is_ahead_it_waits_for_24_seconds_a_vehicle() -> None:
+    ledger, _, ring, _ = on_a_ring([95.0, 96.0])
+    first, second = ledger.vehicles.values()
+    second.front_m = 90.0
+    ring.lead = lambda *_: 5.0  # type: ignore[method-assign]
+    ledger.ask(first)
+    for at_s in (1.0, 47.9):
+        first.leg.place.line[:] = [first]
+        assert ledger.answer(at_s) == []
+    assert ledger.answer(48.0) == [first]

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import Guide
-from loopgate.control.diary import Row
+from loopgate.control.diary import Diary, Row
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Leg, Make, Place, Vehicle, joined
 from loopgate.control.steering import Steering
 from loopgate.errors import TrafficError
+from loopgate.network.loop import LanePosition
 
 ROAD_M, CHANGE_AT_M, PIN_M = 400.0, 100.0, 130.0
 CAR = Make(5.0, 2.6, 4.5, 10.0, 1.0)
@@ -212,3 +216,24 @@ def test_a_vehicle_at_the_very_beginning_of_its_lane_has_not_strayed(monkeypatch
     monkeypatch.setattr(FakeTraffic, "lane_index", lambda *of: int(inside(*of)[0][-1]))
     one.drive()
     assert one.steering.strays == 0
+
+
+@pytest.mark.parametrize(
+    ("lane", "speed", "front_m", "found"),
+    [(1, 0.0, 20.0, 1), (0, 0.0, 20.0, 0), (1, 5.0, 20.0, 0), (1, 0.0, 100.0, 1), (1, 0.0, 101.0, 0)],
+)
+def test_one_that_stands_on_another_lane_of_its_place_is_led_back(
+    lane: int, speed: float, front_m: float, found: int
+) -> None:
+    """Not one that drives, nor one whose front is beyond the place."""
+    one = World(Guide("e", 0, PIN_M, 0.0), 20.0)
+    other = one.grant("u", front_m)
+    one.traffic.fleet["u"] = FakeVehicle([("e", ROAD_M)], front_m, lane=lane)
+    other.speed, other.steered = speed, False
+    lines = LanePosition("e", 0, CHANGE_AT_M), LanePosition("e", 1, PIN_M)
+    legs = [SimpleNamespace(line=line) for line in lines]
+    diary = cast("Diary", SimpleNamespace(vehicle=other, drawn=legs.__getitem__))
+    one.steering.look_for_strays([diary])
+    assert (one.steering.strays, len(one.rows)) == (found, found)
+    assert one.steering.leads_back(other) == bool(found)
+    assert [row[1:4] for row in one.rows] == [("u", "stray", "e_1")] * found
