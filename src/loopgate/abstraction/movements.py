@@ -169,6 +169,13 @@ _ROOMY_M = 15.0
 """A stretch is longer by up to this where the edge has space [m], so that a vehicle can change lanes without
 braking hard for the end of the stretch."""
 
+_ROOMY_MPS = 14.0
+"""The speed up to which that is enough [m/s]; the distance to brake from another grows with its square."""
+
+_MOST_ROOMY = 1 / 3
+"""A stretch grows with speed up to this share of what is free of its edge: the places before and after need
+slots, and the stretch is shut while others are on it."""
+
 _NARROW_M = 5.0
 """Lanes of two edges that lie near each other for longer than a car do not merely meet [m]."""
 
@@ -288,7 +295,7 @@ def lay_stretches(
     stretches = {
         edge: _whole(edge, network.edges[edge].length_m)
         if edge in whole
-        else _in_the_middle(edge, network.edges[edge].length_m, needed[edge], free[edge])
+        else _in_the_middle(network.edges[edge], needed[edge], free[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))
     }
     return stretches, narrow
@@ -305,18 +312,20 @@ def _whole(edge: str, length_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m, 0.0, length_m)
 
 
-def _in_the_middle(edge: str, length_m: float, needed_m: float, free: FreePart) -> Stretch:
+def _in_the_middle(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
     place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
+    fast = (max(lane.speed_mps for lane in edge.lanes) / _ROOMY_MPS) ** 2
+    roomy_m = max(least_m + _ROOMY_M, min(least_m + _ROOMY_M * fast, free_m * _MOST_ROOMY))
     if free_m >= least_apart_m(needed_m):
-        stretch_m = min(least_m + _ROOMY_M, free_m - 2 * place_m)
+        stretch_m = min(roomy_m, free_m - 2 * place_m)
         begin_m = free.begin_m + (free_m - stretch_m) / 2
-        return Stretch(edge, begin_m, begin_m + stretch_m, *free)
+        return Stretch(edge.id, begin_m, begin_m + stretch_m, *free)
     if free_m >= least_m + place_m:
-        end_m = free.begin_m + min(least_m + _ROOMY_M, free_m - place_m)
-        return Stretch(edge, 0.0, end_m, 0.0, free.end_m)
-    return _whole(edge, length_m)
+        end_m = free.begin_m + min(roomy_m, free_m - place_m)
+        return Stretch(edge.id, 0.0, end_m, 0.0, free.end_m)
+    return _whole(edge.id, edge.length_m)
 
 
 Narrow = frozenset[tuple[str, str]]
