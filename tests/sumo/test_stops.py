@@ -213,6 +213,21 @@ def test_who_parks_comes_back_before_those_that_wait_for_its_space(tmp_path: Pat
     assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
 
 
+@pytest.mark.parametrize("length_m", [10, 13, 20])
+def test_who_parks_at_a_bus_stop_comes_back_before_those_that_wait_for_it(
+    length_m: int, tmp_path: Path
+) -> None:
+    """The stop has space for one bus: the next stands a gap behind it, and stops there when it is out."""
+    place = f'<additional><busStop id="s" lane="C2C1_0" startPos="{60 - length_m}" endPos="60"/></additional>'
+    stop = '<stop busStop="s" duration="20" parking="true"/>'
+    buses = "".join(
+        f'<trip id="b{k}" type="bus" depart="{5 * k}" from="B2C2" via="C2C1" to="C1B1">{stop}</trip>'
+        for k in range(3)
+    )
+    summary = run(tmp_path, BUS + buses, place, duration_s=300.0, positions=True)
+    assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
+
+
 LOTS = {
     "lots": 'startPos="20" endPos="60" roadsideCapacity="5"',
     "two lots": 'startPos="30" endPos="55" roadsideCapacity="2"',

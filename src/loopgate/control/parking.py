@@ -36,6 +36,9 @@ _REACTION_S: Final = 1.0
 
 _ROUNDING_M: Final = 0.5
 
+_POSITION_M: Final = 1e-4
+"""What sums of positions lose; SUMO allows vehicles ten times this [m]."""
+
 _SAME_M: Final = 0.5
 """Vehicles whose fronts are nearer to each other than this stand side by side [m]."""
 
@@ -44,12 +47,20 @@ _PATIENCE_S: Final = 20.0
 this long [s]."""
 
 
-class _CarPark(NamedTuple):
-    """A parking area by name, its place, and how far before the end of the place it ends [m]."""
+_AT_STOP_M: Final = 0.5
+"""A vehicle that stands nearer than this to its gap behind a vehicle at a stop is where SUMO lets it wait."""
+
+
+class _Park(NamedTuple):
+    """A stopping place beside the road: its name, its place, and how far before that one's end it ends [m].
+
+    `lots`: whether it has lots, as a parking area has; at others vehicles stand one behind the other.
+    """
 
     name: str
     place: Place
     before_end_m: float
+    lots: bool
 
     def is_next_of(self, vehicle: Vehicle) -> bool:
         """Return whether a vehicle is on the road in the place, and stops here next."""
@@ -170,8 +181,8 @@ class Parking:
         self, traffic: Traffic, ledger: Ledger, has_room: Callable[[Vehicle], bool], rows: list[Row]
     ) -> None:
         self._traffic, self._ledger, self._has_room, self._rows = traffic, ledger, has_room, rows
-        self._beside: dict[Vehicle, _CarPark | None] = {}
-        """The vehicles that are beside the road, each with the car park that it is in, if any."""
+        self._beside: dict[Vehicle, _Park | None] = {}
+        """The vehicles that are beside the road, each with the stopping place that it is at, if any."""
         self._coming: set[Vehicle] = set()
         """The vehicles that have a slot again, and should be on the road after the next step."""
         self._braked: dict[Vehicle, int] = {}
@@ -192,11 +203,13 @@ class Parking:
         # Another gate needs each vehicle to be in a place.
         if not self._ledger.by_chain or not self._ledger.step_aside(vehicle):
             return False
-        park = None
-        if stop.kind == "parkingArea":
+        lots = stop.kind == "parkingArea"
+        if lots:
             vehicle.lot_m = self._traffic.lot_ahead_m(vehicle.name, stop)
-            park = _CarPark(stop.name, vehicle.leg.place, vehicle.line_m - vehicle.stop_m)
-        self._beside[vehicle] = park
+        before_end_m = vehicle.line_m - vehicle.stop_m
+        self._beside[vehicle] = (
+            _Park(stop.name, vehicle.leg.place, before_end_m, lots) if stop.kind != "lane" else None
+        )
         self.parked += 1
         self._note(vehicle, PARK, "")
         return True
@@ -302,19 +315,21 @@ class Parking:
                     return False
             elif body is not other.bodies[-1]:
                 return False  # it has a grant for the next place, and would hold it behind this vehicle
-            elif gap_m < self._needs_m(other, self._beside[vehicle]):
+            elif gap_m < self._needs_m(other, self._beside[vehicle], gap_m):
                 return False
         return True
 
-    def _needs_m(self, other: Vehicle, park: _CarPark | None) -> float:
-        """Return the gap that a vehicle needs to brake for one that returns ahead of it, from a car park [m].
+    def _needs_m(self, other: Vehicle, park: _Park | None, gap_m: float) -> float:
+        """Return the gap that a vehicle needs to brake for one that returns ahead of it, from a stop [m].
 
-        A vehicle that stands before a full car park does not start before it has a lot.
+        A vehicle that stands before a full stop of its own does not start before there is space at it.
+        `gap_m`: how far behind the vehicle that returns it is [m].
         """
-        stands = other.speed <= STANDING_MPS
-        if stands and park is not None and park.is_next_of(other) and self._traffic.is_full(park.name):
-            return other.make.gap_m
         make, step_s = other.make, self._traffic.step_s
+        if other.speed <= STANDING_MPS and park is not None and park.is_next_of(other):
+            full = self._traffic.is_full(park.name) if park.lots else gap_m < make.gap_m + _AT_STOP_M
+            if full:
+                return make.gap_m - _POSITION_M
         fast = min(make.top, other.speed + make.accel * step_s)
         return make.gap_m + fast * (step_s + _REACTION_S) + braking_m(fast, make.decel, step_s)
 
