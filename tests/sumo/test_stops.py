@@ -11,8 +11,10 @@ from xml.etree import ElementTree as ET
 import pandas as pd
 import pytest
 
+from loopgate.analysis import compute_stops
 from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import RoadNetwork, generate_loops
+from loopgate.runs.run import read_run
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -36,7 +38,7 @@ def run(folder: Path, routes: str, places: str = PLACES, **options: Any) -> dict
     (folder / "my.add.xml").write_text(places, encoding="utf-8")
     given: dict[str, Any] = {"routes": str(folder / "my.rou.xml"), "stops": str(folder / "my.add.xml")}
     given = {"duration_s": 600.0, **given, **options}
-    words = f"--stop-output {folder / 'stops.xml'}"
+    words = f"--stop-output {folder / 'stops.xml'} --personinfo-output {folder / 'persons.xml'}"
     return simulate(Scenario(network=NET, sumo=words, **given), folder / "run", overwrite=True)
 
 
@@ -312,6 +314,28 @@ def test_persons_ride_from_stop_to_stop(beside: str, tmp_path: Path) -> None:
     loaded = [(one["busStop"], one["loadedPersons"], one["unloadedPersons"]) for one in made(tmp_path)]
     assert ("market", "1", "0") in loaded
     assert ("school", "0", "1") in loaded
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_persons_who_wait_are_counted(gate: str, tmp_path: Path) -> None:
+    """As many on average as SUMO's persons wait in all, over the time; nobody where none come."""
+    text = (
+        '<vType id="k" personCapacity="90" boardingDuration="0"/>'
+        f'<route id="line" {LINE}><stop busStop="market" duration="2"/><stop busStop="school" duration="2"/>'
+        '</route><vehicle id="v" type="k" route="line" depart="0" line="7"/>'
+        '<personFlow id="p" begin="3" end="430" period="7"><walk edges="B2C2" busStop="market"/>'
+        '<ride busStop="school" lines="7"/></personFlow>'
+    )
+    run(tmp_path, text, gate=gate)
+    stops = pd.read_parquet(tmp_path / "run" / "stops.parquet").set_index("stop")
+    rides = ET.parse(tmp_path / "persons.xml").getroot().iter("ride")
+    waited_s = sum(float(ride.attrib["waitingTime"]) for ride in rides)
+    assert float(stops["persons_waiting"]["market"]) == pytest.approx(waited_s / 600.0, rel=0.05)
+    assert stops["persons_most"]["market"] in range(5, 40)
+    assert stops["persons_waiting"]["school"] == 0.0
+    again = read_run(tmp_path / "run")
+    again_stops = compute_stops(visits=again.visits, waiting=again.persons).set_index("stop")
+    pd.testing.assert_frame_equal(again_stops, stops, check_dtype=False)
 
 
 @pytest.mark.parametrize(

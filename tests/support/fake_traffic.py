@@ -316,6 +316,10 @@ class FakeTraffic:
         """There is one lane."""
         return []
 
+    def persons_at(self, bus_stop: str) -> int | None:  # noqa: ARG002  the protocol's
+        """Nobody walks here."""
+        return None
+
     def lane_wish(self, vehicle: str) -> tuple[int, bool]:  # noqa: ARG002  the protocol's
         """There is one lane."""
         return 0, False

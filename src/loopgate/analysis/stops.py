@@ -19,11 +19,14 @@ from loopgate.results.columns import (
     LOOP,
     ON_TIME_60,
     ON_TIME_120,
+    PERSONS,
+    PERSONS_MOST,
     STOP,
     STOP_COLUMNS,
     TIMED,
     VISIT_COLUMNS,
     VISITS,
+    WAITING_COLUMNS,
     WENT_ON,
     WORST_LATENESS,
 )
@@ -31,7 +34,7 @@ from loopgate.results.columns import (
 _MINUTE_S = 60.0
 
 
-def compute_stops(*, visits: pd.DataFrame) -> pd.DataFrame:
+def compute_stops(*, visits: pd.DataFrame, waiting: pd.DataFrame | None = None) -> pd.DataFrame:
     """Return a row for each stop and loop: visits, headways, and lateness by the timetable.
 
     Columns: `STOP_COLUMNS`, by loop and stop. A headway is the time from one arrival to the next. A vehicle
@@ -43,6 +46,8 @@ def compute_stops(*, visits: pd.DataFrame) -> pd.DataFrame:
     ----------
     visits
         `VISIT_COLUMNS`: a row for each stop that a vehicle completed.
+    waiting
+        `WAITING_COLUMNS`: how many persons waited at a stop at a time, at equal intervals; None if not known.
 
     Examples
     --------
@@ -55,6 +60,9 @@ def compute_stops(*, visits: pd.DataFrame) -> pd.DataFrame:
     [['market', 2, 300.0, 15.0, 1.0]]
     """
     check_columns(visits, VISIT_COLUMNS, "visits")
+    persons = pd.DataFrame(columns=list(WAITING_COLUMNS)) if waiting is None else waiting
+    check_columns(persons, WAITING_COLUMNS, "waiting")
+    at_stops = persons.groupby(STOP)[PERSONS].agg(["mean", "max"])
     rows = []
     for (loop, stop), some in visits.groupby([LOOP, STOP], sort=True):
         apart = np.diff(np.sort(some[CAME].to_numpy(np.float64)))
@@ -75,6 +83,8 @@ def compute_stops(*, visits: pd.DataFrame) -> pd.DataFrame:
                 WORST_LATENESS: float(late.max()) if len(late) else nan,
                 ON_TIME_60: float((late <= _MINUTE_S).mean()) if len(late) else nan,
                 ON_TIME_120: float((late <= 2 * _MINUTE_S).mean()) if len(late) else nan,
+                PERSONS: float(at_stops["mean"].get(stop, nan)),
+                PERSONS_MOST: float(at_stops["max"].get(stop, nan)),
             }
         )
     return table(rows, STOP_COLUMNS)

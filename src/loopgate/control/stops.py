@@ -109,6 +109,12 @@ class Stops(Part):
         self.any: Final = bool(self._stops)
         """Whether some vehicle has stops; otherwise there is nothing to look at."""
 
+    @property
+    def bus_stops(self) -> tuple[str, ...]:
+        """The bus stops at which vehicles stop, each once."""
+        every = (stop for some in self._stops.values() for stop in some)
+        return tuple(dict.fromkeys(stop.name for stop in every if stop.kind == "busStop"))
+
     def take_in(self, vehicle: Vehicle, track: Track) -> None:
         """Set the stops of a vehicle that has come."""
         stops, lap_m = self._stops.get(vehicle.name), vehicle.lap_m

@@ -95,7 +95,7 @@ def _add_standing(content: Content, one: Run) -> None:
 
 def _add_junctions(content: Content, one: Run) -> None:
     """Add the movements that cost most time, all movements, and the stops."""
-    content.known |= {"run.junctions": one.junctions, "run.visits": one.visits}
+    content.known |= {"run.junctions": one.junctions, "run.visits": one.visits, "run.persons": one.persons}
     if len(one.junctions):
         of = {"junctions": "run.junctions"}
         title = "Movements that cost most time"
@@ -108,7 +108,8 @@ def _add_junctions(content: Content, one: Run) -> None:
         )
     if len(one.visits):
         title = "Stops: headways and lateness by the timetable"
-        content.table("stops", title, compute_stops, {"visits": "run.visits"})
+        of = {"visits": "run.visits"} | ({"waiting": "run.persons"} if len(one.persons) else {})
+        content.table("stops", title, compute_stops, of)
 
 
 def _add_watch(content: Content, one: Run, period: dict[str, Any]) -> None:

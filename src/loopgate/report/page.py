@@ -264,6 +264,8 @@ _STOPS = {
     c.LATENESS: "late, median [s]",
     c.WORST_LATENESS: "late, worst [s]",
     c.ON_TIME_60: "within a minute",
+    c.PERSONS: "persons waiting",
+    c.PERSONS_MOST: "most at once",
 }
 
 

@@ -196,10 +196,17 @@ LATENESS: Final = "late_s"  # how long after that time vehicles went on, median;
 WORST_LATENESS: Final = "worst_late_s"  # the longest
 ON_TIME_60: Final = "within_60_s"  # share of the timed visits at most so late, 0 to 1
 ON_TIME_120: Final = "within_120_s"  # the same
+PERSONS: Final = (
+    "persons_waiting"  # who waited there, mean over time; NaN where the simulation has no persons
+)
+PERSONS_MOST: Final = "persons_most"  # the most at one time
 STOP_COLUMNS: Final = (
     *(STOP, LOOP, VISITS, DWELL, HEADWAY, HEADWAY_CV, LONGEST_HEADWAY),
-    *(TIMED, LATENESS, WORST_LATENESS, ON_TIME_60, ON_TIME_120),
+    *(TIMED, LATENESS, WORST_LATENESS, ON_TIME_60, ON_TIME_120, PERSONS, PERSONS_MOST),
 )
+
+# persons.parquet: every ten seconds the persons who wait at each bus stop, where the simulation has persons
+WAITING_COLUMNS: Final = (TIME, STOP, PERSONS)
 
 FLOW_EVERY_S: Final = 10.0
 

@@ -33,6 +33,8 @@ _HEADINGS: Mapping[str, str] = {
     c.WORST_LATENESS: "late, worst [s]",
     c.ON_TIME_60: "within a minute",
     c.ON_TIME_120: "within two minutes",
+    c.PERSONS: "persons waiting",
+    c.PERSONS_MOST: "most persons waiting",
     c.DELAY_95: "delay, 95 % [s]",
     c.QUEUE: "queue, mean",
     c.QUEUE_95: "queue, 95 %",

@@ -59,6 +59,8 @@ class Run:
         `STOP_COLUMNS`: a row for each stop and loop; empty without stops.
     visits
         `VISIT_COLUMNS`: a row for each stop that a vehicle made; empty without stops.
+    persons
+        `WAITING_COLUMNS`: every ten seconds, how many persons wait at each bus stop; empty without persons.
     folder
         The run folder; None if no files were kept.
 
@@ -87,6 +89,9 @@ class Run:
     junctions: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
     stops: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
     visits: pd.DataFrame = field(repr=False, default_factory=pd.DataFrame)
+    persons: pd.DataFrame = field(
+        repr=False, default_factory=lambda: pd.DataFrame(columns=list(c.WAITING_COLUMNS))
+    )
 
     def __repr__(self) -> str:
         told = {
@@ -226,6 +231,7 @@ def read_run(folder: Path | str) -> Run:
             junctions=_where_there(folder / "junctions.parquet", c.JUNCTION_COLUMNS, made_by),
             stops=_where_there(folder / "stops.parquet", c.STOP_COLUMNS, made_by),
             visits=_where_there(folder / "visits.parquet", c.VISIT_COLUMNS, made_by),
+            persons=_where_there(folder / "persons.parquet", c.WAITING_COLUMNS, made_by),
             folder=folder,
         )
 

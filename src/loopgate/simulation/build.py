@@ -231,7 +231,8 @@ def open_gated(
         round_ = find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits)
     looks += [one.look for one in (rerouting, containment) if one is not None]
-    stops = StopFigures(driving)
+    stops = StopFigures(driving, traffic)
+    looks += [stops.look] if stops.bus_stops else []
     return Session(
         traffic,
         drive,
@@ -257,8 +258,9 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
     tracks = [alone(track) for track in assembly.tracks]
     drive = Drive(traffic, recorder, driving, tracks, None)
     leading = Leading(traffic, driving, tracks)
-    stops = StopFigures(driving)
+    stops = StopFigures(driving, traffic)
     departures, looks = Departures(()), list[Callable[[], None]]()
+    looks += [stops.look] if stops.bus_stops else []
     if assembly.departures:
         departures = UngatedDepartures(assembly.departures, traffic, driving)
         looks.append(departures.look)

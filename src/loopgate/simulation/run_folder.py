@@ -61,6 +61,7 @@ EDGES = "edges.parquet"
 JUNCTIONS = "junctions.parquet"
 STOPS_TABLE = "stops.parquet"
 VISITS_TABLE = "visits.parquet"
+PERSONS_TABLE = "persons.parquet"
 FLOW = "flow.parquet"
 LOOPS = "loops.parquet"
 FRONTS = "fronts.parquet"
@@ -151,6 +152,8 @@ class Folder:
             EDGES,
             JUNCTIONS,
             STOPS_TABLE,
+            VISITS_TABLE,
+            PERSONS_TABLE,
             FLOW,
             LOOPS,
             FRONTS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import nan
+from math import inf, nan
 from typing import Any, Protocol
 
 import pandas as pd
@@ -25,13 +25,16 @@ from loopgate.reading import counted, listed
 from loopgate.results.columns import (
     BEGINS,
     EDGE,
+    FLOW_EVERY_S,
     JUNCTION,
     MOVEMENT,
     QUEUE,
     QUEUE_95,
     QUEUE_MOST,
+    TIME,
     TO_EDGE,
     VISIT_COLUMNS,
+    WAITING_COLUMNS,
     WENT_ON,
     Event,
 )
@@ -204,8 +207,26 @@ class Reports(Protocol):
 class StopFigures:
     """Figures of the stops that vehicles make in a run."""
 
-    def __init__(self, driving: Driving) -> None:
-        self._stops, self._parking = driving.stops, driving.parking
+    def __init__(self, driving: Driving, traffic: Traffic) -> None:
+        self._stops, self._parking, self._traffic = driving.stops, driving.parking, traffic
+        self.bus_stops = driving.stops.bus_stops
+        self._next_s = -inf
+        self._waiting: list[tuple[float, str, int]] = []
+
+    def look(self) -> None:
+        """Count the persons who wait at each bus stop, if there are persons; once in `FLOW_EVERY_S`."""
+        now_s = self._traffic.now_s
+        if now_s < self._next_s:
+            return
+        self._next_s = now_s + FLOW_EVERY_S
+        for name in self.bus_stops:
+            count = self._traffic.persons_at(name)
+            if count is not None or self._waiting:  # all may have gone home
+                self._waiting.append((now_s, name, count or 0))
+
+    def waiting(self, since_s: float) -> pd.DataFrame:
+        """Return how many persons waited at bus stops since a time [s], with `WAITING_COLUMNS`."""
+        return pd.DataFrame(self._waiting, columns=list(WAITING_COLUMNS)).query(f"{TIME} >= {since_s}")
 
     def of(self, vehicle: str) -> Made:
         """Return the figures of the stops of a vehicle."""
@@ -473,7 +494,13 @@ def _summary(
         folder.write_junctions(movements, **period)
         if len(visits := session.stops.visits(course.begin_s)):
             folder.write_table(visits, run_folder.VISITS_TABLE)
-            folder.write_table(compute_stops(visits=visits), run_folder.STOPS_TABLE)
+            waiting = session.stops.waiting(course.begin_s)
+            if len(waiting):
+                folder.write_table(waiting, run_folder.PERSONS_TABLE)
+            folder.write_table(
+                compute_stops(visits=visits, waiting=waiting),
+                run_folder.STOPS_TABLE,
+            )
     waits: dict[str, Any] = {}
     findings: list[str] = []
     audited: dict[str, Any] = {}

@@ -289,6 +289,9 @@ class Traffic(Protocol):
     def teleports(self) -> Sequence[str]:
         """Return the vehicles that the simulator began to teleport in the last step."""
 
+    def persons_at(self, bus_stop: str) -> int | None:
+        """Return how many persons wait at a bus stop; None while there are no persons in the simulation."""
+
     def size(self, vehicle: str) -> tuple[float, float]:
         """Return the length and the minimum gap of a vehicle [m]."""
 

@@ -158,6 +158,7 @@ class SumoStops:
         self._shared = shared
         self._vehicle = api.vehicle
         self._simulation = api.simulation
+        self._persons, self._bus_stops = api.person, api.busstop
         self._lane_of, self._stops_of = read("vehicle_getLaneID"), read("vehicle_getStops")
         self._insert_stop, self._set_stop = read("vehicle_insertStop"), read("vehicle_setStop")
         self._replace_stop, self._is_stopped = read("vehicle_replaceStop"), read("vehicle_isStopped")
@@ -724,6 +725,11 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         if not self._simulation.getStartingTeleportNumber():
             return ()
         return tuple(self._simulation.getStartingTeleportIDList())
+
+    def persons_at(self, bus_stop: str) -> int | None:
+        if not self._persons.getIDCount():
+            return None
+        return int(self._bus_stops.getPersonCount(bus_stop))
 
     def size(self, vehicle: str) -> tuple[float, float]:
         return float(self._like[0](vehicle)), float(self._vehicle.getMinGap(vehicle))
