@@ -1,6 +1,7 @@
 """Junctions and stops of a run, counted again from what SUMO wrote."""
 
 from collections import Counter, defaultdict
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -90,6 +91,29 @@ def test_stops_are_those_of_stop_output(tmp_path: Path) -> None:
     assert stop["headway_s"] == pytest.approx(sum(headways) / len(headways))
     assert (stop["longest_headway_s"], stop["worst_late_s"]) == (max(headways), late[-1])
     assert stop["within_60_s"] == pytest.approx(sum(one <= 60 for one in late) / len(late))
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_share_of_green_is_that_of_the_states(tmp_path: Path, gate: str) -> None:
+    """Greens that have ended, counted from SUMO's own record of a light's states; two seconds a vehicle."""
+    record = tmp_path / "states.xml"
+    asks = f'<timedEvent type="SaveTLSStates" source="B2" dest="{record}"/>'
+    (tmp_path / "a.add.xml").write_text(f"<additional>{asks}</additional>")
+    net, beside = "networks/grid5-actuated.net.xml", str(tmp_path / "a.add.xml")
+    scenario = Scenario(network=net, gate=gate, vehicles=60, duration_s=300, stops=beside)
+    if gate == "certified":
+        scenario = replace(scenario, lights="obey")
+    made = run(scenario, tmp_path / "run")
+    states = [one.get("state", "") for one in ET.parse(record).getroot().iter("tlsState")]
+    links = {(t.from_edge, t.to_edge): t.signal for t in RoadNetwork.open(net).connections if t.signal}
+    rows = made.junctions.query("junction == 'B2'").dropna(subset="green_used")
+    assert len(rows) > 3
+    for edge, to_edge, crossed, share in rows[["edge", "to_edge", "vehicles", "green_used"]].to_numpy():
+        _, link = links[edge, to_edge]
+        colours = "".join(state[link] for state in states[1:301]).lower()
+        ended_s = colours.count("g") - (len(colours) - len(colours.rstrip("g")))
+        assert crossed == 0 or 2 * crossed / share == pytest.approx(ended_s, abs=2)
+    assert not [*(tmp_path / "run").glob("greens*")]
 
 
 def test_queue_figures() -> None:

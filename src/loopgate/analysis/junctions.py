@@ -21,6 +21,7 @@ from loopgate.results.columns import (
     EDGE,
     EVENT,
     EVENT_COLUMNS,
+    GREEN_USED,
     JUNCTION,
     JUNCTION_COLUMNS,
     LOST,
@@ -44,12 +45,18 @@ FREE = "free_s"
 LIT = "lit"
 """Column of movements: whether vehicles obey a traffic light there."""
 
+GREEN = "green_s"
+"""Column of movements: how long each of their lanes had green, all lanes together [lane s]."""
+
+_SATURATED_S = 2.0
+"""Time that a vehicle of a dense queue takes to cross [s]: 1800 vehicles an hour and lane."""
+
 _LEVELS = "ABCDEF"
 _LEVELS_S = {False: (10.0, 15.0, 25.0, 35.0, 50.0, inf), True: (10.0, 20.0, 35.0, 55.0, 80.0, inf)}
 """Delay up to which a level holds [s], without and with a light: Transportation Research Board, "Highway
 Capacity Manual", 6th edition, 2016, exhibits 19-8 and 20-2."""
 
-_COLUMNS = JUNCTION, EDGE, TO_EDGE, MOVEMENT, FREE, LIT, QUEUE, QUEUE_95, QUEUE_MOST
+_COLUMNS = JUNCTION, EDGE, TO_EDGE, MOVEMENT, FREE, LIT, GREEN, QUEUE, QUEUE_95, QUEUE_MOST
 
 
 def queue_figures(steps: Mapping[int, int], all_steps: int) -> tuple[float, int, int]:
@@ -110,8 +117,8 @@ def compute_junctions(
     events
         `EVENT_COLUMNS` up to the reason: edges, stops, refusals and grants.
     movements
-        For each movement `JUNCTION`, `EDGE`, `TO_EDGE`, `MOVEMENT`, `FREE` [s], `LIT`, and the queue:
-        `QUEUE`, `QUEUE_95`, `QUEUE_MOST`.
+        For each movement `JUNCTION`, `EDGE`, `TO_EDGE`, `MOVEMENT`, `FREE` [s], `LIT`, `GREEN` [lane s], and
+        the queue: `QUEUE`, `QUEUE_95`, `QUEUE_MOST`.
     begin_s, end_s
         Period of observation [s].
 
@@ -122,7 +129,7 @@ def compute_junctions(
     >>> told = [(0, "a"), (20, "b"), (50, "a"), (80, "b")]
     >>> events = pd.DataFrame(told, columns=["time_s", "place"]).assign(vehicle="v1", event="edge", reason="")
     >>> row = {"junction": "j", "edge": "a", "to_edge": "b", "movement": "a → b", "free_s": 18, "lit": False}
-    >>> queue = {"queue_mean": 0.2, "queue_95": 1, "queue_longest": 1}
+    >>> queue = {"green_s": 0.0, "queue_mean": 0.2, "queue_95": 1, "queue_longest": 1}
     >>> made = compute_junctions(events=events, movements=pd.DataFrame([row | queue]), begin_s=0, end_s=100)
     >>> made[["edge", "to_edge", "vehicles", "delay_s", "level_of_service"]].values.tolist()
     [['a', 'b', 2, 12.0, 'B']]
@@ -144,6 +151,7 @@ def compute_junctions(
         mean_s, most_s = _delay(delays)
         row = {name: one[name] for name in _COLUMNS if name in JUNCTION_COLUMNS}
         row |= {CROSSED: len(every), CROSSED_PER_H: len(every) * 3600.0 / (end_s - begin_s)}
+        row[GREEN_USED] = len(every) * _SATURATED_S / one[GREEN] if one[LIT] and one[GREEN] else np.nan
         row |= {DELAY: mean_s, DELAY_95: most_s, SERVICE_LEVEL: level_of_service(mean_s, lit=bool(one[LIT]))}
         rows.append(row | {name: waited.get((*key, cause), 0.0) for cause, name in WAITED_FOR.items()})
     found = table(rows, JUNCTION_COLUMNS)
@@ -229,8 +237,8 @@ def compute_worst_movements(*, junctions: pd.DataFrame, first: int = 10) -> pd.D
     """Return the movements that cost most time, the worst first.
 
     One row per movement with delay: `JUNCTION`, `MOVEMENT`, `CROSSED`, `LOST` (vehicle-hours), `DELAY` and
-    `DELAY_95` [s], `SERVICE_LEVEL`, `QUEUE`, `QUEUE_95`, `QUEUE_MOST`, and `CAUSE`, for which the gate let
-    vehicles wait longest; empty if it did not.
+    `DELAY_95` [s], `SERVICE_LEVEL`, `QUEUE`, `QUEUE_95`, `QUEUE_MOST`, `GREEN_USED` where there are lights,
+    and `CAUSE`, for which the gate let vehicles wait longest; empty if it did not.
 
     Raises `AnalysisError` on a missing column.
 
@@ -256,8 +264,9 @@ def compute_worst_movements(*, junctions: pd.DataFrame, first: int = 10) -> pd.D
     every = junctions.assign(**{LOST: lost, CAUSE: cause}).query(f"{LOST} > 0")
     worst = every.sort_values(LOST, ascending=False, kind="stable").head(first)
     columns = [JUNCTION, MOVEMENT, CROSSED, LOST, DELAY, DELAY_95, SERVICE_LEVEL]
-    columns += [QUEUE, QUEUE_95, QUEUE_MOST, CAUSE]
-    return worst[columns].reset_index(drop=True)
+    columns += [QUEUE, QUEUE_95, QUEUE_MOST, GREEN_USED, CAUSE]
+    lit = worst[GREEN_USED].notna().any()
+    return worst[columns if lit else [name for name in columns if name != GREEN_USED]].reset_index(drop=True)
 
 
 def movement_table(rows: Sequence[Mapping[str, object]]) -> pd.DataFrame:

@@ -11,6 +11,7 @@ from loopgate.results.columns import (
     BETTER,
     CAPACITY,
     DIFFERENCE,
+    GREEN_USED,
     HIGH,
     KIND,
     LOW,
@@ -31,7 +32,7 @@ Cells = tuple[list[str], list[list[str]]]
 
 _INTERVAL = STD, LOW, HIGH
 _ESTIMATES = MEAN, DIFFERENCE, RATE, CAPACITY
-_SHARES = {RATE, BETTER, REFUSED_SHARE, STOOD_SHARE, ON_TIME_60, ON_TIME_120}
+_SHARES = {RATE, BETTER, GREEN_USED, REFUSED_SHARE, STOOD_SHARE, ON_TIME_60, ON_TIME_120}
 
 
 def cells(table: pd.DataFrame) -> Cells:

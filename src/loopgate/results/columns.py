@@ -171,13 +171,14 @@ QUEUE: Final = (
 QUEUE_95: Final = "queue_95"  # no more than so many stood in 95 % of the time
 QUEUE_MOST: Final = "queue_longest"  # most that stood at a time
 LOST: Final = "lost_h"  # vehicle-hours of delay, all vehicles together
+GREEN_USED: Final = "green_used"  # share of green, at 2 s of a lane a vehicle; NaN if no light changes
 MOVEMENT: Final = "movement"  # from which edge to which, by the names of the streets where they have names
 WAITED_FOR: Final = {
     cause: f"waited_{cause}_s" for cause in _CAUSES
 }  # by cause, vehicle-seconds for which the gate refused those first in line; 0 under no gate
 JUNCTION_COLUMNS: Final = (
     *(JUNCTION, EDGE, TO_EDGE, MOVEMENT, CROSSED, CROSSED_PER_H, DELAY, DELAY_95, SERVICE_LEVEL),
-    *(QUEUE, QUEUE_95, QUEUE_MOST, *WAITED_FOR.values()),
+    *(QUEUE, QUEUE_95, QUEUE_MOST, GREEN_USED, *WAITED_FOR.values()),
 )
 
 # visits.parquet: one row per stop that a vehicle completed, as in SUMO's stop-output (VEHICLE, LOOP, and)

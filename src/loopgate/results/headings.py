@@ -36,6 +36,7 @@ _HEADINGS: Mapping[str, str] = {
     c.PERSONS: "persons waiting",
     c.PERSONS_MOST: "most persons waiting",
     c.DELAY_95: "delay, 95 % [s]",
+    c.GREEN_USED: "share of green used",
     c.QUEUE: "queue, mean",
     c.QUEUE_95: "queue, 95 %",
     c.QUEUE_MOST: "queue, longest",

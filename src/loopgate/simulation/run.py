@@ -35,6 +35,7 @@ from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
 from loopgate.simulation.sumo.devices import refuse_what_leads_off
+from loopgate.simulation.sumo.greens import ask_for_greens
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import (
     DiskGuard,
@@ -313,6 +314,8 @@ def _input_options(
         top.extend(assembly.persons)
         write_xml(top, folder / run_folder.PERSONS)
         beside = (*beside, folder / run_folder.PERSONS)
+    if scenario.rule_for_lights == "obey" or not scenario.gated:
+        beside = (*beside, *ask_for_greens((one.loop for one in assembly.everybody), folder.path))
     placed, later = (assembly.starts, assembly.departures) if scenario.gated else (assembly.everybody, ())
     round_ = [one for one in assembly.other_ways if one.loop.id in assembly.detours]
     starts = write_sumo_input(

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import pandas as pd
 
-from loopgate.analysis.junctions import FREE, LIT, queue_figures
+from loopgate.analysis.junctions import FREE, GREEN, LIT, queue_figures
 from loopgate.analysis.standing import edge_of
 from loopgate.analysis.stops import compute_stops
 from loopgate.audit import audit_events, audit_positions, read_layout
@@ -49,6 +49,7 @@ from loopgate.simulation.monitoring import monitoring_figures, note_unwatched, s
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.greens import read_greens
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table, with_last_parts
@@ -490,7 +491,8 @@ def _summary(
         edges = folder.write_edges(list(rows.values()), since_s=assembly.begin_s, **period)
         watch = write_streets(scenario, assembly, tallies, folder, **period)
         lit = scenario.rule_for_lights == "obey" or not scenario.gated
-        movements = _movements(assembly, queues, round(duration / step_s), lit=lit)
+        greens = read_greens(folder.path, **period)
+        movements = _movements(assembly, queues, round(duration / step_s), lit=lit, greens=greens)
         folder.write_junctions(movements, **period)
         if len(visits := session.stops.visits(course.begin_s)):
             folder.write_table(visits, run_folder.VISITS_TABLE)
@@ -525,11 +527,16 @@ def _summary(
 
 
 def _movements(
-    assembly: Assembly, queues: Mapping[tuple[str, str], Mapping[int, int]], steps: int, *, lit: bool
+    assembly: Assembly,
+    queues: Mapping[tuple[str, str], Mapping[int, int]],
+    steps: int,
+    *,
+    lit: bool,
+    greens: Mapping[tuple[str, str], float],
 ) -> list[dict[str, Any]]:
     """Return the movements on all paths, each with its time at the speed limits and its queue.
 
-    `lit`: whether vehicles obey traffic lights.
+    `lit`: whether vehicles obey traffic lights. `greens`: the green time of each movement [lane s].
     """
     lanes, found = assembly.network.lanes, dict[tuple[str, str], dict[str, Any]]()
     named = {edge.id: edge.street or edge.id for edge in assembly.network.edges.values()}
@@ -544,6 +551,7 @@ def _movements(
                 MOVEMENT: f"{named[turn.from_edge]} → {named[turn.to_edge]}",
                 FREE: sum(lane.length_m / lane.speed_mps for lane in on if lane.speed_mps > 0.0),
                 LIT: lit and turn.signal is not None,
+                GREEN: greens.get((turn.from_edge, turn.to_edge), 0.0) if turn.signal else 0.0,
                 QUEUE: mean,
                 QUEUE_95: most,
                 QUEUE_MOST: longest,
