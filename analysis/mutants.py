@@ -1,7 +1,7 @@
 """Break `loopgate.control` and the chain rule in 300 small ways, each alone, and see if a test notices.
 
     python analysis/mutants.py                   (goes on where it was stopped)
-    python analysis/mutants.py --survivors       (tries again those that survived, after a change of tests)
+    python analysis/mutants.py --survivors       (tries again those that survive unexplained, after a change)
     python analysis/mutants.py --anew --seed 2   (draws others)
 
 Cosmic Ray lists the mutations: operators, comparisons, numbers, conditions, loops. A place in the code is
@@ -23,6 +23,7 @@ import os
 import random
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -354,7 +355,7 @@ def _file(name: str) -> str:
 def attempt(copy: Path, mutant: Mutant, tests: list[Test], most_s: float) -> dict[str, Any]:
     """Try one mutant by tests of at most `most_s` of processor time; return what became of it."""
     file = copy / mutant.file
-    text = (ROOT / mutant.file).read_text(encoding="utf-8")
+    text = file.read_text(encoding="utf-8")
     broken = mutant.applied(text)
     if broken is None:
         return {"end": "gone", "by": "", "tests": 0}
@@ -387,9 +388,10 @@ def attempt(copy: Path, mutant: Mutant, tests: list[Test], most_s: float) -> dic
     try:
         code = in_child(copy, work)
     finally:
-        shutil.copy2(ROOT / mutant.file, file)
+        file.write_text(text, encoding="utf-8")
+        os.utime(file, (now - 1e6, now - 1e6))
     at = note.read_text(encoding="utf-8")
-    end = "survived" if code == 0 else "time" if code < 0 else "killed"
+    end = "survived" if code == 0 else "time" if code == -signal.SIGXCPU else "killed"
     return {"end": end, "by": "" if code == 0 else at or "import", "tests": len(chosen)}
 
 
@@ -412,12 +414,21 @@ def copy_tree(into: Path) -> None:
         importlib.import_module(name)
 
 
+def explained() -> dict[tuple[str, str, str], str]:
+    """Return why mutants survive, by what `in_short` says of them."""
+    known = tomllib.loads(EXPLAINED.read_text(encoding="utf-8"))["survivors"]
+    return {(one["file"], one["line"], one["instead"]): f"{one['kind']}: {one['why']}" for one in known}
+
+
+def in_short(mutant: Mutant) -> tuple[str, str, str]:
+    """Return the file, the line, and what stands there instead."""
+    old, new = (" ".join(line.strip() for line in lines) for lines in (mutant.lines, mutant.instead))
+    return mutant.file.removeprefix("src/loopgate/"), old, new
+
+
 def tell(mutants: list[Mutant], results: dict[str, dict[str, Any]]) -> None:
     """Print what was found: by kind, by what noticed it, and each survivor with its explanation."""
-    why = {
-        (one["file"], one["line"], one["instead"]): f"{one['kind']}: {one['why']}"
-        for one in tomllib.loads(EXPLAINED.read_text(encoding="utf-8"))["survivors"]
-    }
+    why = explained()
     there = [(mutant, results[mutant.key]) for mutant in mutants if mutant.key in results]
     kinds = Counter((mutant.kind, row["end"]) for mutant, row in there)
     print("\n| mutation | tried | killed | by time | survived |\n|---|---|---|---|---|")
@@ -432,8 +443,7 @@ def tell(mutants: list[Mutant], results: dict[str, dict[str, Any]]) -> None:
     print("\n| survivor | instead | why |\n|---|---|---|")
     for mutant, row in there:
         if row["end"] == "survived":
-            old, new = (" ".join(line.strip() for line in lines) for lines in (mutant.lines, mutant.instead))
-            name = mutant.file.removeprefix("src/loopgate/")
+            name, old, new = in_short(mutant)
             print(f"| {name}: `{old}` | `{new}` | {why.get((name, old, new), 'not explained')} |")
 
 
@@ -462,7 +472,13 @@ def main() -> None:
         drawn_file.write_text(json.dumps(drawn, indent=1), encoding="utf-8")
     mutants = [Mutant(**one) for one in json.loads(drawn_file.read_text(encoding="utf-8"))]
     results = read_results(results_file)
-    known = {key for key, row in results.items() if row["end"] != "survived" or not given.survivors}
+    why = explained()
+    known = {
+        mutant.key
+        for mutant in mutants
+        if mutant.key in results
+        and (not given.survivors or results[mutant.key]["end"] != "survived" or in_short(mutant) in why)
+    }
     copy_tree(out / "copy")
     tests = measure(out / "copy", tests_file)
     print(

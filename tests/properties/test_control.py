@@ -83,7 +83,7 @@ def test_the_chain_rule_admits_what_is_safe_and_nothing_else(roads: Roads) -> No
             assert mover is not None
             assert mover.number == next_of_gate(stand, served)
             robot = rng.choice(can)
-            ledger._settle(vehicles[robot])
+            ledger._settle(vehicles[robot], again=True)
             here = system.moved(here, robot)
             stand = Occupancy.of(SystemIndex(system), here)
     assert seen[True]

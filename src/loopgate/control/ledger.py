@@ -561,7 +561,7 @@ class Ledger(Holdings):
                             return True
         return False
 
-    def _settle(self, vehicle: Vehicle, *, again: bool = True) -> bool:
+    def _settle(self, vehicle: Vehicle, *, again: bool) -> bool:
         """Let a vehicle go on, or note its refusal; return whether it goes.
 
         `again`: whether other vehicles got grants since its rules were asked.

@@ -52,7 +52,7 @@ def crossing(vehicle: Vehicle, now_s: float) -> Refusal | None:
     if other is None:
         return None
     if other.vehicle.stands:
-        return Refusal("blocked", outside=True, cause=other.vehicle.stands)
+        return Refusal("blocked", cause=other.vehicle.stands)
     if other.until_m == -inf:
         return _CROSSING
     return Refusal("crossing", passed=other.vehicle, passed_m=other.until_m)

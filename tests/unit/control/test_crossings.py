@@ -395,3 +395,12 @@ def test_a_vehicle_behind_one_that_left_its_place_another_way_does_not_go_first(
     assert scene.found() == LATER
     scene.over.movement.beside = [trip.over.movement]
     assert scene.found() == IN_THE_WAY
+
+
+def test_one_that_stands_for_good_on_a_crossing_blocks_it() -> None:
+    """The other is refused for that, and asked again in each step."""
+    scene = Crossed("b", (49.0, 60.0), shared=(0.0, inf), theirs=(0.0, inf))
+    scene.b.stands = "breakdown"
+    refusal = crossing(scene.a, 0.0)
+    assert refusal is not None
+    assert (refusal.reason, refusal.each_step, refusal.cause) == ("blocked", True, "breakdown")

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 from loopgate.control.departures import DepartureRules
+from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, path_of
 
 
@@ -42,3 +43,38 @@ def test_one_that_sumo_never_inserts_does_not_keep_the_others_out_of_its_place()
 def test_one_whose_place_never_clears_keeps_the_others_out_every_other_twenty_seconds() -> None:
     """Others that come in all the time are in its way; it does not keep them out for good."""
     assert shut_at(80, is_clear=False, inserts=True) == [*range(20, 40), *range(60, 80)]
+
+
+def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crowded_path() -> None:
+    """It has waited for two minutes; more than a slot in twenty is of those who drive once."""
+    now, went = SimpleNamespace(now_s=0.0), list[str]()
+    full = Place("full", 1)
+    Ledger([]).take_in("there", path_of([full, Place("b", 1)], closed=True), 0)
+    ledger = SimpleNamespace(vehicles={}, fits=lambda *_: True, shut=lambda _: None)
+    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
+
+    def let_in(track: Any, *_: object) -> bool:  # noqa: ANN401  a stand-in
+        went.append(track.vehicle)
+        return True
+
+    arrivals.let_in = let_in
+    paths = SimpleNamespace(of=lambda _: path_of([full, Place("b", 1)], closed=False))
+    driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=9)
+    due = [
+        SimpleNamespace(
+            track=SimpleNamespace(vehicle=name, position=0),
+            demand=SimpleNamespace(depart_s=at_s, led=SimpleNamespace(goes_on=False)),
+            loop=SimpleNamespace(closed=name != "once"),
+            type=SimpleNamespace(min_gap_m=2.5, needed_m=7.5),
+            vehicle=name,
+            place=name,
+            insertion=None,
+        )
+        for name, at_s in [("once", 0.0), *((f"v{k}", 6.0 * k + 6.0) for k in range(30))]
+    ]
+    limits = {"full": 10.0, "b": 10.0}
+    rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), 4, limits)
+    for second in range(200):
+        now.now_s = float(second)
+        rules.look()
+    assert went.index("once") == 20

@@ -13,6 +13,7 @@ from loopgate.control import holds
 from loopgate.control.driving import Driving
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
+from loopgate.control.places import STANDING_MPS
 from loopgate.control.pressure import PressureOrder
 from loopgate.control.rules import usual
 from loopgate.errors import TrafficError
@@ -332,3 +333,20 @@ def test_one_that_leaves_its_loop_leaves_room() -> None:
     assert driving.once == 0
     driving.leave("v0")
     assert order.crowded == pytest.approx(1.0 - 1 / 6)
+
+
+def test_the_flow_is_that_of_the_steps_since_it_was_taken() -> None:
+    """How many stood on average, metres driven and laps; then it is counted anew."""
+    road = SharedRoad(120.0, 125.0)
+    fleet, laps, stood_at_all = road.traffic.fleet.values(), 0, 0
+    for _ in range(2):
+        stood, before_m = 0, sum(one.front_m for one in fleet)
+        for _ in range(60):
+            road.driving.step()
+            stood += sum(one.speed_mps < STANDING_MPS for one in fleet)
+        driven_m = sum(one.front_m for one in fleet) - before_m
+        there, *flow = road.driving.totals.take_flow(road.driving.diaries)
+        assert there == 2
+        assert flow == pytest.approx([stood / 60, driven_m, sum(road.laps()) - laps])
+        laps, stood_at_all = sum(road.laps()), stood_at_all + stood
+    assert stood_at_all

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from loopgate.control.chain import circle_from, closes, closes_by_entering
+from loopgate.control.chain import circle_from, closes, closes_by_entering, closes_by_returning
 from loopgate.control.departures import AT_LIGHTS, is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
@@ -261,3 +261,47 @@ def test_a_refusal_is_noted_anew_when_its_cause_changes() -> None:
     assert [reason for what, _, _, reason, _ in ledger.log if what == "refused"] == ["closed", "closed"]
     ledger.close(b, "", "")
     assert ledger.answer() == [car]
+
+
+@pytest.mark.parametrize(("there", "free"), [(1, 2), (2, 1), (3, 0)])
+def test_one_beside_the_road_returns_into_free_slots(there: int, free: int) -> None:
+    """The last one may be kept for another; one that is to go before that may have it all the same."""
+    place = Place("a", 3)
+    ledger, path = Ledger(usual()), path_of([place, Place("b", 9)], closed=True)
+    parked = ledger.take_in("parked", path, 0)
+    assert ledger.step_aside(parked)
+    others = [ledger.take_in(f"v{number}", path, 0) for number in range(there)]
+    assert has_slot_for(parked) == (free > 0)
+    place.kept_for = others[0]
+    assert (has_slot_for(parked), has_slot_for(parked, first=True)) == (free > 1, free > 0)
+    for name in ("shut", "closed"):
+        setattr(place, name, True)
+        assert not has_slot_for(parked, first=True)
+        setattr(place, name, False)
+
+
+def test_one_that_is_not_wholly_in_one_place_keeps_its_slots() -> None:
+    """Nor does one step aside that is beside the road."""
+    a, b = Place("a", 2), Place("b", 2)
+    ledger, path = Ledger(usual()), path_of([a, b], closed=True)
+    car = ledger.take_in("car", path, 0, Make(5.0, 2.6, 4.5, 10.0, 1.0), 100.0)
+    ledger.ask(car)
+    assert ledger.answer()
+    assert len(held := list(car.bodies)) > 1
+    assert not ledger.step_aside(car)
+    assert car.bodies == held
+    ledger.leave(car)
+    other = ledger.take_in("other", path, 0)
+    assert ledger.step_aside(other)
+    assert not ledger.step_aside(other)
+
+
+@pytest.mark.parametrize(("there", "closes_it"), [(1, False), (2, True)])
+def test_one_that_returns_closes_a_circle_only_if_it_fills_its_place(there: int, closes_it: bool) -> None:  # noqa: FBT001
+    """The other places of the ring are full; a holds three."""
+    a, b = Place("a", 3), Place("b", 2)
+    ledger, path = Ledger(usual()), path_of([a, b], closed=True)
+    first, *_ = (ledger.take_in(f"a{k}", path, 0) for k in range(there))
+    for k in range(2):
+        ledger.take_in(f"b{k}", path, 1)
+    assert closes_by_returning(a, first) == closes_it

@@ -204,3 +204,26 @@ def test_a_vehicle_waits_for_anybody_where_a_circle_has_no_room_for_ordinary_one
     assert waits_for(scene) == [["v0", "v1", "v2", "v3"]]
     scene.car.asks = False
     assert outside(scene.car, scene.slack, scene.ledger.vehicles.values()) == []
+
+
+@pytest.mark.parametrize(
+    ("at_m", "returns"), [(49.5, True), (50.5, False), (90.0, False), (94.5, False), (95.0, True)]
+)
+def test_a_parked_vehicle_returns_with_nobody_within_40_m_behind_or_beside(
+    at_m: float,
+    returns: bool,  # noqa: FBT001
+) -> None:
+    """Its front is at 90 m; the other is 5 m long."""
+    scene = Scene()
+    scene.put("here", at_m)
+    assert scene.slack.has_room(scene.car) == returns
+
+
+def test_a_parked_vehicle_returns_only_where_it_fits_beside_ordinary_ones() -> None:
+    """Of 100 m those ahead take what leaves just one more car, or none."""
+    for length_m, returns in ((89.9, True), (90.1, False)):
+        scene = Scene()
+        scene.car.front_m, scene.car.leg.place.bodies[:] = 5.0, []
+        scene.put("here", 99.9, length_m=length_m)
+        scene.slack._too_tight = lambda *_: []  # type: ignore[method-assign]
+        assert scene.slack.has_room(scene.car) == returns

@@ -112,3 +112,33 @@ def test_a_rear_past_the_way_leaves_room(rear_m: float) -> None:
     laid.sight.look(("car",), 1)
     assert outside(car, laid.slack, [car]) == ([["o"]] if rear_m < 10.5 else [])
     assert upon(laid.sight, turn) == {"o"}
+
+
+def test_one_that_is_not_on_its_route_is_read_in_each_step_until_it_is() -> None:
+    """SUMO may lead it elsewhere; where its route names its road it is read again after some seconds only."""
+    network, read = RoadNetwork.open("networks/grid5-priority.net.xml"), list[float]()
+    lanes = {"bus": "A0A1_0"}
+    traffic = Mock(
+        now_s=0.0,
+        step_s=1.0,
+        vehicles=lambda: tuple(lanes),
+        whereabouts_of=lambda names: whereabouts(**{name: (lanes[name], 50.0, 9.0) for name in names}),
+        dynamics=lambda _: Dynamics(5.0, 2.6, 4.5, 1.0),
+        route_id=lambda _: "route",
+    )
+
+    def route(_: str) -> tuple[tuple[str, ...], int]:
+        read.append(traffic.now_s)
+        return ("B0B1", "B1B2"), 0
+
+    traffic.route = route
+    sight = Sight(map_of(network), traffic)
+    for second in range(4):
+        traffic.now_s = float(second)
+        sight.look((), 0)
+    assert read == [0.0, 1.0, 2.0, 3.0]
+    lanes["bus"] = "B0B1_0"
+    for second in range(4, 8):
+        traffic.now_s = float(second)
+        sight.look((), 0)
+    assert read == [0.0, 1.0, 2.0, 3.0]

@@ -7,7 +7,7 @@ import pytest
 from loopgate.control.blocking import outside
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import ConflictGroup, Leg, Make, Movement, Pass, Place, Vehicle, joined
-from loopgate.control.roads import Across, Lookout, Other, RoadEdge, RoadLane, RoadStretch
+from loopgate.control.roads import BEYOND_M, Across, Lookout, Other, RoadEdge, RoadLane, RoadStretch
 from loopgate.control.slack import Slack
 
 LEADS_TO = {"a": "b", "b": "c", "c": "a", "d": "a", "behind-c": "a", "foe": "a"}
@@ -167,3 +167,18 @@ def test_any_other_vehicle_may_have_to_move_on_first() -> None:
     ring.ledger.ask(ring.first("d"))
     (some,) = outside(ring.first("d"), ring.slack, ring.ledger.vehicles.values())
     assert sorted(some) == ["a0", *(f"{name}{number}" for name in "bc" for number in range(3))]
+
+
+@pytest.mark.parametrize(
+    ("position_m", "there"), [(9.9, False), (10.0, True), (50.0 + BEYOND_M, True), (50.1 + BEYOND_M, False)]
+)
+def test_a_place_holds_ordinary_vehicles_from_its_beginning_to_just_past_its_line(
+    position_m: float,
+    there: bool,  # noqa: FBT001  a case
+) -> None:
+    other, lane = (
+        Other("o", 5.0, 2.6, 4.5, 1.0),
+        RoadLane("r", RoadEdge(90.0, 10.0), 90.0, 10.0, inside=False),
+    )
+    other.position_m = position_m
+    assert RoadStretch(lane, 10.0, 50.0, [], []).holds(other) == there
