@@ -94,9 +94,9 @@ def drive(file: Path, most_s: float) -> dict[str, object]:
         others = said.get("others") or {}
         reasons = [line for line in said.get("warnings", []) if "ordinary traffic" in line]
         row |= {
-            "gated": said["departed"] if said.get("gate") != "open" else 0,
+            "gated": said.get("departed", 0) if said.get("gate") != "open" else 0,
             "ordinary": others.get("vehicles", 0),
-            "collisions": said["collisions"],
+            "collisions": said.get("collisions", 0),
             "audit": said["audit"] if isinstance(said["audit"], str) else "findings",
             "why": row["why"] or (_reason(reasons[0]) if reasons else ""),
         }

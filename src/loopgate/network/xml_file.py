@@ -22,8 +22,8 @@ _WAYS_OUT = {
 }
 """Advice on files that are often taken for others, by their root element."""
 
-_ALSO = {"configuration": "sumoConfiguration"}
-"""The names that SUMO writes today, and those that it reads as well."""
+_ALSO = {"configuration": {"sumoConfiguration"}, "routes": {"trips", "additional"}}
+"""The names that SUMO writes today, and those that it reads as well, by the first."""
 
 _NOT_ADDITIONAL = frozenset({"osm", "net", "configuration", "sumoConfiguration"})
 """Root elements that no additional file has; SUMO takes any other."""
@@ -50,6 +50,7 @@ def read_xml(file: Path, *, root: str, what: str, error: type[LoopgateError]) ->
     """
     check_root(file, root=root, what=what, error=error)
     top = _parse(file, what, error)
+    top.tag = top.tag if root == "additional" else root
     _include(top, (file.resolve(),), what, error)
     return top
 
@@ -157,7 +158,7 @@ def check_root(file: Path, *, root: str, what: str, error: type[LoopgateError]) 
         with open_xml(file) as stream:
             tag = _bare(next(iter(ET.iterparse(stream, events=("start",))))[1].tag)  # noqa: S314  as above
         if not _is_root(tag, root):
-            is_config = tag == _ALSO["configuration"]
+            is_config = tag in _ALSO["configuration"]
             way_out = _WAYS_OUT.get("configuration" if is_config else tag)
             hint = f"; {way_out}" if way_out else ""
             msg = f"{file}: the root element is <{shown(tag)[1:-1]}>; a SUMO {what} has <{root}>{hint}"
@@ -171,7 +172,7 @@ def _as_here(file: Path) -> str:
 
 
 def _is_root(tag: str, root: str) -> bool:
-    return tag not in _NOT_ADDITIONAL if root == "additional" else tag in {root, _ALSO.get(root)}
+    return tag not in _NOT_ADDITIONAL if root == "additional" else tag in {root, *_ALSO.get(root, ())}
 
 
 def _refusing(file: Path, what: str, error: type[LoopgateError]) -> AbstractContextManager[None]:

@@ -209,6 +209,14 @@ OWN = """<routes>
 </routes>"""
 
 
+@pytest.mark.parametrize("root", ["trips", "additional"])
+def test_other_roots_that_sumo_takes(root: str, tmp_path: Path) -> None:
+    """Files of trips have one of their own, as SUMO's tools write them."""
+    file = routes(tmp_path, '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0"/>')
+    file.write_text(file.read_text().replace("routes>", f"{root}>"))
+    assert [one.id for one in read_loops(NET, file).vehicles] == ["v"]
+
+
 def test_a_route_that_nobody_drives_may_be_broken(tmp_path: Path) -> None:
     """It is left out, with the reason; without vehicles each route is a loop, and a broken one is refused."""
     file = tmp_path / "x.rou.xml"
