@@ -18,7 +18,8 @@ stand.
 Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). A vehicle that is led to
 a lane is assumed to stop where it is led (`Vehicle.guide_m`): only there does it change lanes. The rule
 predicts nothing of a vehicle that follows another model than SUMO's cars, or that may have to wait on the
-junction: for an earlier grant in its way, or behind a vehicle that left the same lane in another direction.
+junction: for an earlier grant in its way, behind a vehicle that left the same lane in another direction, or
+for persons who cross.
 """
 
 from __future__ import annotations
@@ -153,6 +154,9 @@ def _comes_later(
         return False
     if not passes_lights(vehicle, now_s) or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
         return False
+    for own in vehicle.leg.passes:
+        if own.walked:
+            return False
     comes_s = max(
         (shared.soonest_s - max(0.0, inside_m) / shared.least) / other.make.haste,
         time_s(to_go_m, other.speed, other.make.accel, other.make.top),
@@ -177,6 +181,8 @@ def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:
     if inside_m < trip.over.ahead_m + _BEYOND_M and _room_m(ahead, trip.into) < trip.clear_m - ahead.front_m:
         return True  # if the vehicle ahead stands, this one cannot clear the junction, and SUMO keeps it out
     for over in trip.leg.passes:
+        if over.walked:
+            return True
         for first in over.movement.junction.trips:
             first_m = first.vehicle.make.length_m
             foe = shared_by(over.foes.get(first.over.movement), length_m, first_m)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from math import inf
 from types import MappingProxyType
 
@@ -28,6 +29,8 @@ class PlaceLayout:
         Called with each new path. With ordinary traffic it adds what vehicles on the path look out for.
     rooms
         The places whose slots depend on the lengths of the vehicles that come, by name.
+    walked
+        The movements that persons may cross, by name.
     """
 
     def __init__(
@@ -37,8 +40,9 @@ class PlaceLayout:
         signals: Mapping[str, Signal] = MappingProxyType({}),
         on_path: Callable[[list[Leg], Drawings], None] | None = None,
         rooms: Mapping[str, PlaceRoom] = MappingProxyType({}),
+        walked: AbstractSet[str] = frozenset(),
     ) -> None:
-        self._signals, self._on_path, self._rooms = signals, on_path, rooms
+        self._signals, self._on_path, self._rooms, self._walked = signals, on_path, rooms, walked
         self.is_lit = bool(signals)
         """Whether some movement has a light that is obeyed."""
         self.places: dict[str, Place] = {}
@@ -101,6 +105,7 @@ class PlaceLayout:
         wait_m, ahead_m = float(crossing.wait_m), float(crossing.ahead_m)
         over = Pass(movement, float(crossing.speed_mps), wait_m, ahead_m, signal, first=first)
         over.foes = self._foes(crossing)
+        over.walked = crossing.id in self._walked
         return over
 
     def _foes(self, crossing: Crossing) -> dict[Movement, Foe]:

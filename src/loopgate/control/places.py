@@ -198,10 +198,11 @@ class Pass:
     `speed`: the lowest speed limit on it [m/s]. `wait_m`: the last position at which SUMO may let a vehicle
     wait [m]. `ahead_m`: where it begins [m]; both count from the stop line. `first`: whether it is the first
     movement after the stop line. `signal`: the light before it, if vehicles obey one. `foes`: the shared
-    stretches, by movement. `lookout`: what a vehicle checks about ordinary traffic.
+    stretches, by movement. `lookout`: what a vehicle checks about ordinary traffic. `walked`: whether persons
+    may cross the movement, for whom a vehicle waits on the junction.
     """
 
-    __slots__ = ("ahead_m", "first", "foes", "lookout", "movement", "signal", "speed", "wait_m")
+    __slots__ = ("ahead_m", "first", "foes", "lookout", "movement", "signal", "speed", "wait_m", "walked")
 
     def __init__(
         self,
@@ -221,6 +222,7 @@ class Pass:
         self.first: Final = first
         self.foes: dict[Movement, Foe] = {}
         self.lookout: Lookout | None = None
+        self.walked = False
 
 
 class Leg:

@@ -139,6 +139,8 @@ class Junction:
     """``foes[i]`` are the links whose movements cross or merge with link ``i`` (the request matrix)."""
     yields_to: tuple[frozenset[int], ...]
     """``yields_to[i]`` are the links that link ``i`` has to let pass by right of way."""
+    walked: frozenset[int] = frozenset()
+    """The links that are pedestrian crossings."""
 
     @property
     def regulated(self) -> bool:
@@ -658,6 +660,13 @@ class RoadNetwork:
             and all(vclass in self.lanes[lane].allowed for lane in connection.via)
         )
 
+    def is_walked(self, connection: Connection) -> bool:
+        """Return whether pedestrians cross the way of a movement over its junction."""
+        junction = self.junctions[connection.junction]
+        return 0 <= connection.link < len(junction.foes) and not junction.walked.isdisjoint(
+            junction.foes[connection.link]
+        )
+
     def over_m(self, connection: Connection) -> float:
         """Return the length of a movement inside its junction [m]."""
         return sum(self.lanes[lane].length_m for lane in connection.via)
@@ -803,7 +812,7 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
             normal.append(raw)
             ends = raw.getFromNode().getID(), raw.getToNode().getID()
             edges[raw.getID()] = Edge(raw.getID(), *ends, tuple(of_edge), raw.getName() or "")
-    links = _links(net)
+    links, walked = _links(net)
     connections = tuple(
         Connection(
             from_edge=raw.getID(),
@@ -822,7 +831,7 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
         if c.getTo().getID() in edges
     )
     check_inside(net, file, reader.waiting, reader.between)
-    junctions = {node.getID(): _junction(node) for node in net.getNodes()}
+    junctions = {node.getID(): _junction(node, walked) for node in net.getNodes()}
     return RoadNetwork(
         name=name,
         file=file,
@@ -852,7 +861,7 @@ def _same(one: Points, other: Points) -> bool:
     )
 
 
-def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
+def _junction(node: Any, walked: Mapping[str, frozenset[int]]) -> Junction:  # noqa: ANN401  sumolib has no types
     def rows(matrix: dict[int, str]) -> tuple[frozenset[int], ...]:
         size = max(matrix, default=-1) + 1
         if size > _MOST_LINKS or min(matrix, default=0) < 0:
@@ -873,16 +882,18 @@ def _junction(node: Any) -> Junction:  # noqa: ANN401  sumolib has no types
         shape=_points(node.getShape() or ()),
         foes=rows(node._foes),  # noqa: SLF001  sumolib shows single bits only
         yields_to=rows(node._prohibits),  # noqa: SLF001
+        walked=walked.get(node.getID(), frozenset()),
     )
 
 
-def _links(net: Any) -> dict[int, int]:  # noqa: ANN401  sumolib has no types
-    """Return the request index of each connection object, by identity.
+def _links(net: Any) -> tuple[dict[int, int], dict[str, frozenset[int]]]:  # noqa: ANN401  sumolib has no types
+    """Return the request index of each connection object, by identity, and by junction those of pedestrians.
 
     Links are numbered along the junction's incoming lanes, then along each lane's connections; sumolib's own
     `getJunctionIndex` counts the same way, from the start for every connection.
     """
     links: dict[int, int] = {}
+    walked: dict[str, frozenset[int]] = {}
     for node in net.getNodes():
         number = 0
         for lane_id in node._incLanes:  # noqa: SLF001  no getter
@@ -896,5 +907,7 @@ def _links(net: Any) -> dict[int, int]:  # noqa: ANN401  sumolib has no types
                 if from_walk and c.getTo().getFunction() != "crossing":
                     continue
                 links[id(c)] = number
+                if from_walk:
+                    walked[node.getID()] = walked.get(node.getID(), frozenset()) | {number}
                 number += 1
-    return links
+    return links, walked

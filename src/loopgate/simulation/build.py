@@ -156,6 +156,7 @@ def make_driving(
         traffic,
         obeys=scenario.rule_for_lights == "obey",
         others=bool(scenario.traffic or assembly.others),
+        walkers=bool(assembly.persons),
     )
     ground.itineraries = [*abstraction.itineraries, *abstraction.later]
     spacing = spacing_of(scenario, assembly, traffic)

@@ -32,15 +32,20 @@ class Ground:
         Whether vehicles wait at red lights.
     others
         Whether there may be ordinary vehicles.
+    walkers
+        Whether persons may walk; among ordinary vehicles, nothing is foreseen anyway.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, *, obeys: bool, others: bool) -> None:
+    def __init__(
+        self, network: RoadNetwork, traffic: Traffic, *, obeys: bool, others: bool, walkers: bool = False
+    ) -> None:
         self._traffic, self._obeys = traffic, obeys
         self._driving: Driving | None = None
         self.itineraries: Sequence[Itinerary] = ()
         """The paths of the vehicles, for what is reported of lights."""
         self._lamps = Lamps(traffic)
         self._signals = signals_in(network, self._lamps) if obeys else {}
+        self._walked = {c.id for c in network.connections if network.is_walked(c)} if walkers else set()
         self._roads = LaidRoads(network, traffic, self._lamps.__getitem__) if others else None
 
     @property
@@ -66,7 +71,8 @@ class Ground:
     ) -> PlaceLayout:
         """Return the layout of places with so many slots, and of the paths over them; `rooms` as there."""
         every = list({id(path): path for path in legs}.values())
-        return PlaceLayout(slots, every, self._signals, self._roads.add if self._roads else None, rooms)
+        add = self._roads.add if self._roads else None
+        return PlaceLayout(slots, every, self._signals, add, rooms, self._walked)
 
     def driving(
         self,

@@ -162,6 +162,14 @@ def test_where_vehicles_give_way_to_others_nothing_is_foreseen(
     assert (scene.found() != IN_THE_WAY) == free
 
 
+def test_nothing_is_foreseen_of_one_that_may_wait_for_persons() -> None:
+    """`b` would be past; and `a`, which could go first, waits if persons may cross its own way."""
+    scene, later = Crossed("b", (20.0, 60.0)), Crossed("b", (49.9, -35.0))
+    assert (scene.found(), later.found()) == (BEFORE, LATER)
+    scene.trip.over.walked = later.over.walked = True
+    assert (scene.found(), later.found()) == (IN_THE_WAY, IN_THE_WAY)
+
+
 def test_a_vehicle_of_which_nothing_is_foreseen_wakes_the_other_when_it_is_past() -> None:
     """It is in the way until its front is 15.5 m behind its line, or the place behind is clear of it."""
     scene = Crossed("b", (20.0, 60.0), foreseen=(False, False))

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import gzip
 import itertools
+from collections import Counter
 from pathlib import Path
 
 import pytest
+import shapely
+import sumolib
 
 from loopgate.errors import NetworkError
 from loopgate.network import RoadNetwork, packaged_networks
@@ -68,6 +71,27 @@ def test_foes_cross_or_merge(bs3d: RoadNetwork) -> None:
                     checked += 1
                     assert bs3d.are_foes(cars[one], cars[other])
     assert checked > 100
+
+
+def test_movements_that_pedestrians_cross(bs3d: RoadNetwork) -> None:
+    """A crossing lies across each; a network without crossings has none."""
+    assert not any(bs3d.is_walked(c) for c in bs3d.connections)
+    drt = RoadNetwork.open("sumo:DRT")
+    walks: dict[str, list[shapely.LineString]] = {}
+    for edge in sumolib.net.readNet(
+        str(drt.file), withInternal=True, withPedestrianConnections=True
+    ).getEdges():
+        if edge.getFunction() == "crossing":
+            line = shapely.LineString(edge.getLanes()[0].getShape())
+            walks.setdefault(edge.getID()[1:].rpartition("_c")[0], []).append(line)
+    cars = [c for c in drt.connections if c.via and drt.allows(c) and c.direction != "t"]
+    found = Counter(
+        (drt.is_walked(c), any(line.crosses(way) for line in walks.get(c.junction, ())))
+        for c in cars
+        for way in [shapely.LineString([p for lane in c.via for p in drt.lanes[lane].shape])]
+    )
+    assert found[True, True] > 300
+    assert found[False, True] == 0
 
 
 def test_ignoring_drives_where_it_likes(bs3d: RoadNetwork, tmp_path: Path) -> None:
