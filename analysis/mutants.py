@@ -58,6 +58,7 @@ TESTS: Final = (
     "tests/properties/test_control.py",
     "tests/properties/test_ledger_chain.py",
     "tests/properties/test_long_and_short.py",
+    "tests/properties/test_returns.py",
 )
 STAGES: Final = ("tests/unit", "tests/sumo/test_frozen_runs.py", "tests")
 NEEDED: Final = ("src", "tests", "analysis", "networks", "routes", "docs", "pyproject.toml")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from among_others import Scene
+from among_others import CAR, Scene
 
 from loopgate.control.courtesy import Courtesy
 from loopgate.control.roads import Across, Lookout, Other
@@ -154,3 +154,15 @@ def test_a_vehicle_let_go_first_stays_so_until_it_is_past() -> None:
         assert way.goes_first()
     way.tells([], front_m=121.0, speed=3.0)
     assert not way.goes_first()
+
+
+def test_one_far_away_keeps_nobody_else_from_being_looked_at() -> None:
+    """It has its grant before the other, which stands at the line."""
+    way = Way()
+    assert way.tells(COMES, front_m=20.0, speed=0.0) == []
+    other = way.ledger.take_in("other", way.path, 0, CAR, 220.0)
+    other.front_m, other.speed = 98.0, 0.0
+    way.ledger.ask(other)
+    assert way.ledger.answer(0.0)
+    way.courtesy.look([other])
+    assert way.told.kept == [("other", 0.0)]

@@ -14,7 +14,7 @@ from loopgate.control.crossings import in_the_way
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Foe, GrantedPass, Make, Pass, Vehicle
+from loopgate.control.places import Foe, GrantedPass, Make, Pass, Vehicle, shared_by
 from loopgate.control.rules import crossing
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
@@ -412,3 +412,13 @@ def test_one_that_stands_for_good_on_a_crossing_blocks_it() -> None:
     refusal = crossing(scene.a, 0.0)
     assert refusal is not None
     assert (refusal.reason, refusal.each_step, refusal.cause) == ("blocked", True, "breakdown")
+
+
+@pytest.mark.parametrize(
+    ("mine_m", "theirs_m", "whole"), [(20.0, 4.0, True), (4.0, 20.0, True), (4.0, 4.0, False)]
+)
+def test_one_longer_than_any_known_counts_as_any(mine_m: float, theirs_m: float, whole: bool) -> None:  # noqa: FBT001
+    """Whichever of the two it is."""
+    foe = next(iter(Crossed("b", (20.0, 60.0)).over.foes.values()))
+    foe.sizes, foe.among = [5.0], [[None]]
+    assert shared_by(foe, mine_m, theirs_m) is (foe if whole else None)

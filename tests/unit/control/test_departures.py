@@ -46,7 +46,7 @@ def test_one_whose_place_never_clears_keeps_the_others_out_every_other_twenty_se
 
 
 def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crowded_path() -> None:
-    """It has waited for two minutes; more than a slot in twenty is of those who drive once."""
+    """It has waited for two minutes; one that SUMO never takes does not count."""
     now, went = SimpleNamespace(now_s=0.0), list[str]()
     full = Place("full", 1)
     Ledger([]).take_in("there", path_of([full, Place("b", 1)], closed=True), 0)
@@ -54,8 +54,9 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
 
     def let_in(track: Any, *_: object) -> bool:  # noqa: ANN401  a stand-in
-        went.append(track.vehicle)
-        return True
+        if track.vehicle != "never":
+            went.append(track.vehicle)
+        return bool(track.vehicle != "never")
 
     arrivals.let_in = let_in
     paths = SimpleNamespace(of=lambda _: path_of([full, Place("b", 1)], closed=False))
@@ -70,7 +71,7 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
             place=name,
             insertion=None,
         )
-        for name, at_s in [("once", 0.0), *((f"v{k}", 6.0 * k + 6.0) for k in range(30))]
+        for name, at_s in [("once", 0.0), ("never", 0.0), *((f"v{k}", 6.0 * k + 6.0) for k in range(30))]
     ]
     limits = {"full": 10.0, "b": 10.0}
     rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), 4, limits)
@@ -78,3 +79,37 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
         now.now_s = float(second)
         rules.look()
     assert went.index("once") == 20
+
+
+def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
+    """Where it lacks, others are kept out every other twenty seconds; nobody else collects any meanwhile."""
+    now, lacks, shut, asked = SimpleNamespace(now_s=0.0), Place("lacks", 1), list[float](), set[str]()
+    place = Place("a", 4, room_m=30.0, slot_m=7.5)
+
+    def collect(_leg: object, needed_m: float, _held: object) -> list[Place]:
+        asked.add(f"{needed_m:g}")
+        return [lacks]
+
+    ledger = SimpleNamespace(vehicles={}, fits=lambda *_: False, collect=collect)
+    ledger.shut = lambda closed: shut.append(now.now_s) if closed is lacks else None
+    paths = SimpleNamespace(of=lambda _: path_of([place], closed=False))
+    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
+    driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=0)
+    due = [
+        SimpleNamespace(
+            track=SimpleNamespace(vehicle=name, position=0),
+            demand=SimpleNamespace(depart_s=0.0, led=SimpleNamespace(goes_on=True)),
+            loop=SimpleNamespace(closed=False),
+            type=SimpleNamespace(min_gap_m=2.5, needed_m=needed_m),
+            vehicle=name,
+            place=name,
+            insertion=None,
+        )
+        for name, needed_m in (("car", 7.5), ("bus", 14.5), ("van", 9.0))
+    ]
+    rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), 4, {})
+    for second in range(200):
+        now.now_s = float(second)
+        rules.look()
+    assert asked == {"14.5"}
+    assert shut == [*range(140, 160), *range(180, 200)]

@@ -365,3 +365,11 @@ def test_a_wait_for_something_else_is_none_for_green() -> None:
     assert not scene.keeps()
     scene.traffic.now_s = 500.0
     assert scene.lights.longest()[0] == 31.0
+
+
+@pytest.mark.parametrize(("red_at_s", "kept"), [(10.5, True), (10.7, False)])
+def test_a_slow_driver_speeds_up_by_six_tenths_to_nine_tenths(red_at_s: float, kept: bool) -> None:  # noqa: FBT001
+    """At 1.56 m/s2 it comes to 9 m/s in 26 m, and takes 9.6 s for the 60 m; a second is to spare."""
+    scene = Scene(("t", 0.1), at_m=40.0)
+    scene.shows("t", "G", red_at_s)
+    assert scene.keeps() == kept

@@ -27,12 +27,13 @@ def upon(sight: Sight, lane: str) -> set[str]:
     return {other.name for other in there.fronts} | {rear.other.name for rear in there.rears}
 
 
-def test_a_long_vehicle_is_on_the_lanes_behind_its_front() -> None:
+@pytest.mark.parametrize("last", [1, 2])
+def test_a_long_vehicle_is_on_the_lanes_behind_its_front(last: int) -> None:
     """A bus whose front is 2 m beyond a junction is inside too, and before it; one that parks is nowhere."""
     network = RoadNetwork.open("networks/grid5-priority.net.xml")
     loop = generate_loops(network, 1, length_m=(800.0, 2000.0))[0]
     roads = [number for number, span in enumerate(loop.spans) if not span.internal]
-    way = [span.lane_id for span in loop.spans[roads[0] : roads[1] + 1]]
+    way = [span.lane_id for span in loop.spans[roads[0] : roads[last] + 1]]
     length_m = 3.0 + sum(network.lanes[lane].length_m for lane in way[1:-1])
     lanes = {"bus": (way[-1], 2.0), "parked": (way[-1], 2.0)}
     traffic = Mock(
@@ -42,7 +43,7 @@ def test_a_long_vehicle_is_on_the_lanes_behind_its_front() -> None:
         whereabouts_of=lambda names: whereabouts(**{name: (*lanes[name], 0.0) for name in names}),
         parks=lambda name: name == "parked",
         dynamics=lambda _: Dynamics(length_m, 1.2, 4.5, 1.0),
-        route=lambda _: (loop.edges, 1),
+        route=lambda _: (loop.edges, last),
         route_id=lambda _: "route",
     )
     sight = Sight(map_of(network), traffic)

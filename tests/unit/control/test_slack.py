@@ -182,3 +182,11 @@ def test_a_place_holds_ordinary_vehicles_from_its_beginning_to_just_past_its_lin
     )
     other.position_m = position_m
     assert RoadStretch(lane, 10.0, 50.0, [], []).holds(other) == there
+
+
+def test_one_that_comes_into_an_empty_place_of_a_circle_goes_on_round() -> None:
+    """It is the first there; the two slots beside it do not suffice with one more about to come."""
+    ring = Ring(a=0, b=3, c=3)
+    assert not ring.tight()
+    ring.put("o", "elsewhere", 3.0, "street b")
+    assert ring.tight()
