@@ -43,7 +43,7 @@ COLUMNS = [
     "audit",
     "why",
 ]
-OF_ONE, LARGEST_BYTES, PATIENCE_S = 3, 5_000_000, 180.0
+OF_ONE, LARGEST_BYTES, PATIENCE_S = 3, 5_000_000, 300.0
 SUMO = str(Path(sumo.SUMO_HOME) / "bin" / "sumo")
 
 

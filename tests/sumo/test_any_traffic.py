@@ -381,6 +381,14 @@ def test_the_first_to_come_is_let_in_however_short_its_way(tmp_path: Path) -> No
     assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
 
 
+def test_devices_that_sumo_does_not_have_ask_for_nothing(tmp_path: Path) -> None:
+    """As in SUMO, whose reader of route files ignores them."""
+    file, param = tmp_path / "one.rou.xml", '<param key="has.Own.device" value="true"/>'
+    trip = f'<trip id="a" depart="0" from="A0A1" to="A1B1">{param}</trip>'
+    file.write_text(f"<routes>{trip}</routes>", encoding="utf-8")
+    assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
+
+
 @pytest.mark.parametrize("how", ["options", "type", "vehicle"])
 def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
     """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""
