@@ -422,3 +422,15 @@ def test_one_longer_than_any_known_counts_as_any(mine_m: float, theirs_m: float,
     foe = next(iter(Crossed("b", (20.0, 60.0)).over.foes.values()))
     foe.sizes, foe.among = [5.0], [[None]]
     assert shared_by(foe, mine_m, theirs_m) is (foe if whole else None)
+
+
+def test_the_last_vehicle_in_the_place_ahead_is_the_one_that_may_stand() -> None:
+    """Its rear is 3 m inside, that of the first 23 m; the place begins 20 m behind the line."""
+    scene = Crossed("", (49.9, -35.0), stands_m=NEVER)
+    after = scene.a.leg.after
+    assert after is not None
+    for name, front_m in (("first", 28.0), ("last", 8.0)):
+        one = scene.ledger.take_in(name, [after], 0, scene.a.make, 1000.0)
+        one.front_m = one.bodies[0].begin_m + front_m
+    room_m = crossings._room_ahead_m(scene.a)
+    assert room_m == pytest.approx(50.0 - 49.9 + 20.0 + 3.0 - 2.5)

@@ -3,16 +3,32 @@
 from types import SimpleNamespace
 from typing import Any, cast
 
+import pytest
+
 from loopgate.control.departures import DepartureRules
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, path_of
+
+
+def wants(
+    name: str, depart_s: float, *, closed: bool = False, needed_m: float = 7.5, goes_on: bool = False
+) -> SimpleNamespace:
+    """Return a vehicle that wants to depart from a place of its name."""
+    return SimpleNamespace(
+        track=SimpleNamespace(vehicle=name, position=0),
+        demand=SimpleNamespace(depart_s=depart_s, led=SimpleNamespace(goes_on=goes_on)),
+        loop=SimpleNamespace(closed=closed),
+        type=SimpleNamespace(min_gap_m=2.5, needed_m=needed_m),
+        vehicle=name,
+        place=name,
+        insertion=None,
+    )
 
 
 def shut_at(seconds: int, *, is_clear: bool, inserts: bool) -> list[float]:
     """Let a vehicle try to depart for so many seconds; return when its place was shut to the others."""
     place, now = Place("a", 2), SimpleNamespace(now_s=0.0)
     shut: list[float] = []
-    track = SimpleNamespace(vehicle="late", position=0)
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: is_clear)
     arrivals.let_in = lambda *_: True
     driving = SimpleNamespace(
@@ -21,15 +37,12 @@ def shut_at(seconds: int, *, is_clear: bool, inserts: bool) -> list[float]:
         paths=SimpleNamespace(of=lambda _: path_of([place, Place("b", 2)], closed=True)),
         once=0,
     )
-    demand = SimpleNamespace(depart_s=0.0, led=SimpleNamespace(goes_on=True))
-    loop, kind = SimpleNamespace(closed=False), SimpleNamespace(min_gap_m=2.5, needed_m=7.5)
-    names = {"vehicle": "late", "place": "a", "insertion": None}
-    late = SimpleNamespace(track=track, demand=demand, loop=loop, type=kind, **names)
+    late = wants("late", 0.0, goes_on=True)
     rules = DepartureRules(cast("Any", now), cast("Any", driving), [cast("Any", late)], 4, {})
     for second in range(seconds):
         now.now_s = float(second)
         rules.look()
-        arrivals.missed = [] if inserts else [track] * (second in shut)
+        arrivals.missed = [] if inserts else [late.track] * (second in shut)
     return shut
 
 
@@ -62,15 +75,7 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
     paths = SimpleNamespace(of=lambda _: path_of([full, Place("b", 1)], closed=False))
     driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=9)
     due = [
-        SimpleNamespace(
-            track=SimpleNamespace(vehicle=name, position=0),
-            demand=SimpleNamespace(depart_s=at_s, led=SimpleNamespace(goes_on=False)),
-            loop=SimpleNamespace(closed=name != "once"),
-            type=SimpleNamespace(min_gap_m=2.5, needed_m=7.5),
-            vehicle=name,
-            place=name,
-            insertion=None,
-        )
+        wants(name, at_s, closed=name != "once")
         for name, at_s in [("once", 0.0), ("never", 0.0), *((f"v{k}", 6.0 * k + 6.0) for k in range(30))]
     ]
     limits = {"full": 10.0, "b": 10.0}
@@ -95,21 +100,39 @@ def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
     paths = SimpleNamespace(of=lambda _: path_of([place], closed=False))
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
     driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=0)
-    due = [
-        SimpleNamespace(
-            track=SimpleNamespace(vehicle=name, position=0),
-            demand=SimpleNamespace(depart_s=0.0, led=SimpleNamespace(goes_on=True)),
-            loop=SimpleNamespace(closed=False),
-            type=SimpleNamespace(min_gap_m=2.5, needed_m=needed_m),
-            vehicle=name,
-            place=name,
-            insertion=None,
-        )
-        for name, needed_m in (("car", 7.5), ("bus", 14.5), ("van", 9.0))
-    ]
+    lengths_m = {"car": 7.5, "bus": 14.5, "van": 9.0}
+    due = [wants(name, 0.0, needed_m=needed_m, goes_on=True) for name, needed_m in lengths_m.items()]
     rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), 4, {})
     for second in range(200):
         now.now_s = float(second)
         rules.look()
     assert asked == {"14.5"}
     assert shut == [*range(140, 160), *range(180, 200)]
+
+
+@pytest.mark.parametrize(
+    ("slots", "loops", "goes"), [(100, True, True), (60, True, False), (100, False, False)]
+)
+def test_few_that_drive_once_depart_onto_crowded_paths_where_others_drive_loops(
+    slots: int,
+    loops: bool,  # noqa: FBT001  a case
+    goes: bool,  # noqa: FBT001  a case
+) -> None:
+    """A share of all slots, of which three vehicles are a part: their paths are crowded by the loops."""
+    now, went, full = SimpleNamespace(now_s=0.0), list[str](), Place("full", 1)
+    Ledger([]).take_in("there", path_of([full, Place("b", 1)], closed=True), 0)
+    ledger = SimpleNamespace(vehicles={}, fits=lambda *_: True, shut=lambda _: None)
+    arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
+
+    def let_in(track: Any, *_: object) -> bool:  # noqa: ANN401  a stand-in
+        went.append(track.vehicle)
+        return True
+
+    arrivals.let_in = let_in
+    paths = SimpleNamespace(of=lambda _: path_of([full, Place("b", 1)], closed=False))
+    driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=3)
+    due = [wants("once", 0.0), wants("later", 500.0, closed=loops)]
+    limits = {"full": 10.0, "b": 10.0}
+    rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), slots, limits)
+    rules.look()
+    assert went == ["once"] * goes

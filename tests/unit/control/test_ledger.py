@@ -305,3 +305,33 @@ def test_one_that_returns_closes_a_circle_only_if_it_fills_its_place(there: int,
     for k in range(2):
         ledger.take_in(f"b{k}", path, 1)
     assert closes_by_returning(a, first) == closes_it
+
+
+@pytest.mark.parametrize(
+    ("reason", "named"), [("crossing", []), ("deadlock", ["c0", "a0", "b0"]), ("red", [])]
+)
+def test_the_chain_rule_names_a_circle_to_those_that_it_refused(reason: str, named: list[str]) -> None:
+    """Not to one that another rule refused, though a circle would close."""
+    places = triangle()
+    ledger, loop = Ledger(usual()), path_of(places, closed=True)
+    for at, name in enumerate("abc"):
+        for number in range(2 - (at == 0)):
+            ledger.take_in(f"{name}{number}", loop, at)
+    one = ledger.take_in("one", path_of([Place("d", 2), *places], closed=False), 0)
+    one.reason = reason
+    assert sorted(ledger.gate.blockers(one)) == sorted(named)
+
+
+def test_one_that_comes_to_head_its_line_asks_if_it_must_brake_soon() -> None:
+    """SUMO let it pass the other; that asks no more, since it is behind."""
+    ledger = Ledger([lambda *_: Refusal("closed", at_s=1e9)])
+    places = Place("a", 3), Place("b", 3)
+    legs = [Leg(place, n, 100.0 * n, 100.0 * n + 90.0) for n, place in enumerate(places)]
+    path, make = joined(legs, closed=True), Make(5.0, 2.6, 4.5, 10.0, 1.0)
+    late, fast = (ledger.take_in(name, path, 0, make, 200.0) for name in ("late", "fast"))
+    for one, front_m in ((late, 70.0), (fast, 88.0)):
+        one.front_m, one.speed = front_m, 0.0
+    ledger.ask(late)
+    line_up(ledger, fast)
+    assert places[0].line == [fast, late]
+    assert (fast.asks, late.asks) == (True, False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import cast
 
@@ -237,3 +238,20 @@ def test_one_that_stands_on_another_lane_of_its_place_is_led_back(
     assert (one.steering.strays, len(one.rows)) == (found, found)
     assert one.steering.leads_back(other) == bool(found)
     assert [row[1:4] for row in one.rows] == [("u", "stray", "e_1")] * found
+
+
+def test_strays_are_looked_for_every_ten_seconds() -> None:
+    one, asked = World(Guide("e", 0, PIN_M, 0.0), 20.0), list[float]()
+
+    class Diaries(list[Diary]):
+        """Notes when somebody looks."""
+
+        def __iter__(self) -> Iterator[Diary]:
+            asked.append(one.traffic.now_s)
+            return iter(())
+
+    begin_s = one.traffic.now_s
+    for half in range(45):
+        one.traffic.now_s = begin_s + half / 2.0
+        one.steering.look_for_strays(Diaries())
+    assert asked == [begin_s, begin_s + 10.0, begin_s + 20.0]

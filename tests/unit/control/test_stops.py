@@ -189,3 +189,19 @@ def test_a_stop_on_the_road_where_the_route_is_renewed_is_set_again() -> None:
     stops.step(50.0, stops=True)
     stops.stops.renewed(stops.car)
     assert len(calls) == 2
+
+
+def test_where_a_loop_passes_a_road_twice_it_is_told_of_the_stop_after_the_last_pass() -> None:
+    """Else SUMO would take the stop for one on the next pass. The loop is a, b, a, c."""
+    line = Line()
+    line.car.lap_m = 400.0
+    line.stops._stops["v"] = STOPS[:1]
+    line.told.stops.clear()
+    line.stops.take_in(line.car, line.way("abac"))
+    assert line.told.stops == ["market"]
+    line.step(50.0, stops=True)
+    line.step(50.0, goes_on=True)
+    for front_m, told in ((60.0, []), (250.4, []), (250.6, ["market"])):
+        line.step(front_m)
+        assert line.told.stops == told
+    assert line.car.stop_m == 450.0
