@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak mutants standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak mutants standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel public-inputs sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -191,6 +191,9 @@ scenarios: $(STAMP) ## ten scenarios of SUMO's own generators, under its rules a
 
 wheel: $(STAMP) ## build compiled wheels, try them in empty environments: each Python there is, newest and oldest dependencies
 	$(BIN)/python analysis/wheel.py
+
+public-inputs: $(STAMP) ## drive public scenarios under SUMO's rules and under the gate: make public-inputs INPUTS=FOLDER
+	$(BIN)/python analysis/public_inputs.py $(INPUTS)
 
 sumo-versions: $(STAMP) ## attach the gate to installed SUMO from 1.20 to 1.28 through traci (downloads each)
 	$(BIN)/python analysis/sumo_versions.py
