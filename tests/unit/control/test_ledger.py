@@ -8,7 +8,17 @@ from loopgate.control.chain import circle_from, closes, closes_by_entering, clos
 from loopgate.control.departures import AT_LIGHTS, is_crowded
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
-from loopgate.control.places import Leg, Make, Place, Vehicle, joined, path_of
+from loopgate.control.places import (
+    ConflictGroup,
+    Leg,
+    Make,
+    Movement,
+    Pass,
+    Place,
+    Vehicle,
+    joined,
+    path_of,
+)
 from loopgate.control.refusal import Refusal
 from loopgate.control.rules import usual
 
@@ -335,3 +345,20 @@ def test_one_that_comes_to_head_its_line_asks_if_it_must_brake_soon() -> None:
     line_up(ledger, fast)
     assert places[0].line == [fast, late]
     assert (fast.asks, late.asks) == (True, False)
+
+
+@pytest.mark.parametrize("crosses_two", [True, False])
+def test_rules_are_asked_again_after_a_grant_that_may_hold_up_another_on_its_way(crosses_two: bool) -> None:  # noqa: FBT001
+    """Another is on the first junction, and the grant is for the second, which it comes to next."""
+    near, far = ConflictGroup(), ConflictGroup()
+    ledger = Ledger([])
+    vehicles = []
+    for name, groups in (("other", [near, far][: 1 + crosses_two]), ("one", [near])):
+        path = path_of([Place(f"{name} a", 2), Place(f"{name} b", 2)], closed=True)
+        path[0].passes = [Pass(Movement(f"{name} {n}", group), 10.0, 0.0) for n, group in enumerate(groups)]
+        vehicles.append(ledger.take_in(name, path, 0, Make(5.0, 2.6, 4.5, 10.0, 1.0), 200.0))
+    ledger.ask(vehicles[0])
+    ledger.answer()
+    ledger.rules_look_near, ledger._gave_back = True, False
+    ledger._changed = {far}
+    assert ledger._may_differ(vehicles[1]) == crosses_two
