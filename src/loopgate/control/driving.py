@@ -96,6 +96,8 @@ class Arrivals:
         """The vehicles that shall depart in the next step, with their paths."""
         self._kept: dict[str, dict[Place, float]] = {}
         """The metres that are kept for each of these ahead of it [m]."""
+        self._held: set[str] = set()
+        """Those of them that are held."""
         self.missed: list[Track] = []
         """The vehicles that found no space on the road in the last step, with their paths."""
         self.departed_s: dict[str, float] = {}
@@ -104,16 +106,20 @@ class Arrivals:
     def let_in(self, track: Track, insertion: Insertion, needed_m: float = 0.0) -> bool:
         """Let a vehicle depart in the next step; call it only if `is_clear` and `Ledger.fits` allow that.
 
-        Return False if SUMO cannot insert it so that it can brake for its stop line. `needed_m`: its length
-        with its gap [m].
+        It is held at its stop line unless it asks before it must brake for that, however fast it departs.
+        Return False if SUMO cannot insert it so that it can brake there. `needed_m`: its length with its gap
+        [m].
         """
-        line = track.legs[track.position].line
+        leg = track.legs[track.position]
         self._traffic.put_in(track.vehicle, insertion)
-        try:
-            self._traffic.hold(track.vehicle, line.edge, line.lane, line.position_m)
-        except TrafficError:
-            self._traffic.take_out(track.vehicle)
-            return False
+        make = make_for(track, self._traffic)
+        if leg.end_m - track.front_m <= make.asks_within_m():
+            try:
+                self._traffic.hold(track.vehicle, leg.line.edge, leg.line.lane, leg.line.position_m)
+            except TrafficError:
+                self._traffic.take_out(track.vehicle)
+                return False
+            self._held.add(track.vehicle)
         self.coming.append(track)
         self._kept[track.vehicle] = self._ledger.reserve(self._paths.of(track)[track.position], needed_m)
         return True
@@ -127,15 +133,17 @@ class Arrivals:
             # Two vehicles that come in one step could close a circle together.
             if track.vehicle in departed and self._fits(track):
                 welcome([track])
-                self._ledger.vehicles[track.vehicle].held = True
+                self._ledger.vehicles[track.vehicle].held = track.vehicle in self._held
                 self.departed_s[track.vehicle] = self._traffic.now_s - self._traffic.step_s
             else:
                 self._traffic.take_out(track.vehicle)
                 self.missed.append(track)
+            self._held.discard(track.vehicle)
 
     def _fits(self, track: Track) -> bool:
-        like = self._traffic.dynamics(track.vehicle)
-        return self._ledger.fits(self._paths.of(track)[track.position], like.length_m + like.min_gap_m)
+        return self._ledger.fits(
+            self._paths.of(track)[track.position], sum(self._traffic.size(track.vehicle))
+        )
 
     def is_clear(self, track: Track, gap_m: float = _GAP_M) -> bool:
         """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
@@ -398,15 +406,7 @@ class Driving:
         self.changes += len(tracks)
         made = self.ledger.made
         for number, track in sorted(enumerate(tracks, made), key=lambda one: _behind_m(one[1])):
-            like = traffic.dynamics(track.vehicle)
-            haste = max(1.0, like.speed_factor)
-            make = make_of(
-                like,
-                track.top_speed_mps * haste,
-                # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
-                foreseen=track.foreseen and not traffic.gives_way,
-                brakes_late=track.brakes_late,
-            )
+            make = make_for(track, traffic)
             vehicle = self.ledger.take_in(
                 track.vehicle, self.paths.of(track), track.position, make, track.lap_m, beyond, number
             )
@@ -664,6 +664,19 @@ class Driving:
 def _behind_m(track: Track) -> float:
     """Return where the place of a vehicle begins, counted from its front [m]; negative."""
     return track.legs[track.position].begin_m - track.front_m
+
+
+def make_for(track: Track, traffic: Traffic) -> Make:
+    """Return the properties of a vehicle on its path, as the simulator has them now."""
+    like = traffic.dynamics(track.vehicle)
+    haste = max(1.0, like.speed_factor)
+    return make_of(
+        like,
+        track.top_speed_mps * haste,
+        # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
+        foreseen=track.foreseen and not traffic.gives_way,
+        brakes_late=track.brakes_late,
+    )
 
 
 def make_of(like: Dynamics, top: float, *, foreseen: bool, brakes_late: bool) -> Make:

@@ -398,6 +398,10 @@ class Make:
             self._sure[limit] = max(_CREEPS_MPS, _SLOW * wanted - self._dawdling)
         return self._sure[limit]
 
+    def asks_within_m(self) -> float:
+        """Return the distance to its stop line within which the vehicle may have to ask [m]."""
+        return self.top + self.stops_m + MARGIN_M
+
     @property
     def figures(self) -> tuple[float, ...]:
         """All that distinguishes the vehicle from others under the gate."""
@@ -565,8 +569,7 @@ class Vehicle:
 
     def asks_from_m(self) -> float:
         """Return the first arc length at which it may have to ask, with steps of up to a second [m]."""
-        make = self.make
-        return self.line_m - make.top - make.stops_m - MARGIN_M
+        return self.line_m - self.make.asks_within_m()
 
     def gives_back_m(self) -> float:
         """Return the arc length of its front at which it gives its first slot back [m].

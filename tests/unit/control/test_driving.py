@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.abstraction.itinerary import DrawnLeg, Track
@@ -66,3 +67,29 @@ def test_of_two_that_would_close_a_circle_together_one_waits() -> None:
     assert list(driving.arrivals.departed_s) == ["v2"]
     assert driving.arrivals.missed == tracks[3:]
     assert set(traffic.fleet) == {"v0", "v1", "v2"}
+
+
+@pytest.mark.parametrize(("at_m", "held"), [(0.0, False), (35.0, True)])
+def test_who_departs_far_from_its_stop_line_is_held_only_once_it_is_refused(
+    at_m: float, *, held: bool
+) -> None:
+    """Two vehicles fill place b. Who departs in place a is told to stop before it can be too late."""
+    traffic = Comers()
+    driving = Driving(traffic, PlaceLayout({"a": 2, "b": 2}, [LEGS]), Ledger(usual()))
+    tracks = [
+        Track(f"v{k}", "ab", 100.0, front_m, 10.0, (), ((0.0, "a"), (50.0, "b")), LEGS, int(front_m >= 50.0))
+        for k, front_m in enumerate((90.0, 80.0, at_m))
+    ]
+    for track in tracks[:2]:
+        traffic.put_in(track.vehicle, Insertion("ab", "car", 0, track.front_m))
+        traffic.fleet[track.vehicle].still = True
+    traffic.step()
+    driving.take_in(tracks[:2])
+    driving.arrivals.let_in(tracks[2], Insertion("ab", "car", 0, at_m))
+    assert (traffic.fleet["v2"].hold_m is not None) == held
+    for _ in range(30):
+        driving.step()
+    coming = driving.ledger.vehicles["v2"]
+    assert coming.held
+    assert coming.reason == "occupied"
+    assert coming.front_m <= coming.line_m
