@@ -114,3 +114,15 @@ def test_who_is_refused_by_the_chain_rule_keeps_nothing() -> None:
     wanted = old.wanted()
     assert wanted is not None
     assert wanted.kept_for is None
+
+
+@pytest.mark.parametrize("last", ["", "c"])
+def test_a_ring_that_ordinary_vehicles_fill_is_walked_once(last: str) -> None:
+    """Each place counts as full though it has a free slot; the walk ends before one that is empty."""
+    places = [Place(name, 9) for name in "abc"]
+    ledger, path = Ledger(usual()), path_of(places, closed=True)
+    cars = {name: ledger.take_in(name, path, at) for at, name in enumerate("abc") if name != last}
+    ledger.keeping.is_too_full = lambda _: True
+    walked, mover = ledger.keeping._way_of(cars["a"])
+    assert [place.name for place in walked] == ["a", "b", "c"][: len(cars)]
+    assert mover is cars["b" if last else "c"]
