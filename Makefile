@@ -29,8 +29,9 @@ docs: $(STAMP) ## build the documentation as a site (site/index.html); a broken 
 readme: $(STAMP) ## make the pictures of the README and docs/ and the README's first table anew
 	$(BIN)/python analysis/readme.py
 
-pictures: $(STAMP) ## draw the pictures of the concepts anew
+pictures: $(STAMP) ## draw the pictures of the concepts and of the gallery anew (needs Chromium)
 	$(BIN)/python analysis/pictures.py
+	$(BIN)/python analysis/gallery.py
 
 setup: $(STAMP) ## make .venv with everything that requirements.lock names
 

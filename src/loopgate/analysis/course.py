@@ -112,7 +112,8 @@ def compute_time_space(
     """Return the times at which the vehicles of a loop entered each edge (a time-space diagram).
 
     By vehicle and time: `VEHICLE`, `LAP_NUMBER` (from 0: rounds of the loop's first edge), `TIME` [s],
-    `POSITION` [m], `EDGE`. A round ends with a point at the loop's length.
+    `POSITION` [m], `EDGE`. A round ends with a point at the loop's length. Edges on no round of the loop,
+    which a vehicle enters when it is led round a closed street, are left out.
 
     Raises `AnalysisError` on a missing column, or a loop that is not there.
 
@@ -153,6 +154,8 @@ def compute_time_space(
         for time_s, edge in zip(part[c.TIME], part[c.PLACE], strict=True):
             # An edge may come several times on a loop: it is the next of them.
             following = next((n for n in range(1, len(edges) + 1) if edges[(at + n) % len(edges)] == edge), 0)
+            if not following:  # the vehicle is led round: it is at no place of the loop
+                continue
             before, at = at, (at + following) % len(edges)
             if before >= 0 and at <= before:
                 rows.append((vehicle, lap, time_s, own[vehicle], edge))
