@@ -123,8 +123,8 @@ class RoadWaits:
 
     - *Bodies.* A vehicle cannot drive through another. So it waits for its leader, if that is near; before a
       junction, for whoever leaves no space beyond it, or is inside on a way that crosses its own; inside,
-      for whoever stands on the rest of its way. If it can change lanes or choose a movement, all of these
-      must be blocked, so a set takes one vehicle from each.
+      for whoever stands on the rest of its way, or goes first there by right of way. If it can change lanes
+      or choose a movement, all of these must be blocked, so a set takes one vehicle from each.
     - *Nothing changes.* What a driver does depends on what is around. If a vehicle has stood while all around
       it stood, it stands until one of them moves. So everybody around is a set. Two things change by
       themselves: lights, and the patience of drivers. So this set counts only when the vehicle has stood
@@ -503,6 +503,8 @@ class RoadWaits:
             path = _part(path, begin_m, begin_m + gap_m + _CREEP_M / 2)
             left_m = over_m if inside else self._way_m(way) + self._left_m(lane, front_m)
             found += self._across(vehicle, way, path, left_m, inside=inside)
+        if inside and len(via) > 1:
+            found += self._lets_pass(way, via[1:])
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
@@ -609,6 +611,27 @@ class RoadWaits:
                         found.append(one.vehicle)
         return found
 
+    def _lets_pass(self, way: Connection, over: tuple[str, ...]) -> Iterator[str]:
+        """Yield the vehicles inside for which a driver waits half way over a junction, where others go first.
+
+        `over`: the lanes behind the point where it waits. Those with the right of way count that are on a
+        lane that crosses these, and not past them yet, however far that is.
+        """
+        path, half_m = self._line(over), self._network.lanes[over[0]].width_m / 2.0
+        goes_first = (
+            self._network.junctions[way.junction].yields_to[way.link] if way.link >= 0 else frozenset()
+        )
+        for other in self._at[way.junction]:
+            if path is None or other.link not in goes_first or other.from_id == way.from_id:
+                continue
+            for lane in other.via:
+                line, length_m = self._line((lane,)), self._network.lanes[lane].length_m
+                for one in self._bodies.get(lane, ()):
+                    if line is not None and one.rear_m < length_m:
+                        scale = line.length / max(1e-6, length_m)
+                        if _part(line, one.rear_m * scale, line.length).distance(path) < half_m:
+                            yield one.vehicle
+
     def _is_past(self, one: Occupant, lane: str, on_exit: bool) -> bool:  # noqa: FBT001  of the lane
         """Return whether a vehicle is with its rear on the exit of a junction, or all but there."""
         return one.rear_m >= (0.0 if on_exit else self._network.lanes[lane].length_m - _ALL_BUT_M)
@@ -671,6 +694,8 @@ class RoadWaits:
                 if leaving:
                     found.update(self._maybe_inside(way.to_edge))
                     continue
+                if of.internal and not any(way is one or self._network.are_foes(one, way) for one in ways):
+                    continue  # it yields to those alone whose ways cross or join its own
                 found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}

@@ -142,6 +142,28 @@ def test_inside_a_junction_a_vehicle_waits_for_bodies_on_the_rest_of_its_way(
     assert scene.sets() == ([["b"]] if waits else [])
 
 
+(LEFT,), (ONCOMING,) = NETWORK.between("C3C2", "C2D2"), NETWORK.between("C1C2", "C2C3")
+
+
+@pytest.mark.parametrize(
+    ("other", "sets"),
+    [
+        ((ONCOMING.via[0], 1.0), [["b"]]),
+        ((ONCOMING.via[0], 12.0), [["b"]]),  # its rear is before the crossing of their ways
+        (("C2C3_0", 6.0), []),
+        ((NETWORK.between("C1C2", "C2B2")[0].via[0], 1.0), []),  # that one has to let it pass
+        (("C1C2_0", END_M - 1.0), []),  # who only comes may never come
+    ],
+)
+def test_half_way_over_a_junction_a_vehicle_lets_those_inside_pass_first(
+    other: tuple[str, float], sets: list[list[str]]
+) -> None:
+    """However far they are from it, as long as they have the right of way and are not past its way."""
+    at = {"a": (LEFT.via[0], NETWORK.lanes[LEFT.via[0]].length_m - 0.1), "b": other}
+    edges: dict[str, tuple[str, list[str] | None]] = {"a": ("C3C2", ["C2D2"]), "b": ("C1C2", ["C2C3"])}
+    assert Scene(at, edges).sets() == sets
+
+
 def test_each_way_of_a_driver_counts_where_it_is_not_known_which_it_takes() -> None:
     """Straight on and to the right bodies stand; both have to, as long as it may still move."""
     at = {"a": HEAD, "b": ("C2D2_0", 6.0), "c": ("C2C1_0", 6.0), "d": ("C2C3_0", 6.0)}
