@@ -6,8 +6,8 @@ for 0.5, 1 and 1.5 times what SUMO lets through where far too many come. Trips d
 run ends five minutes later; those under way then count with what they have lost so far. Runs that are done
 are kept in ``out/streams``.
 
-``--write`` keeps a row for each run in ``analysis/tables/streams.csv`` and renews the table in
-``docs/studies/throughput.md``; ``--table`` renews the page from that file.
+``--write`` keeps a row for each run in ``analysis/tables/streams.csv``, beside those of other runs that are
+there, and renews the table in ``docs/studies/throughput.md``; ``--table`` renews the page from that file.
 """
 
 from __future__ import annotations
@@ -242,7 +242,7 @@ def section(runs: pd.DataFrame) -> str:
     sumo = runs[runs["rule"] == SUMO]
     clean = sum(one is True for one in gated["clean"])
     left, all_of_them = gated["ordinary"].sum(), gated["vehicles"].sum() + gated["ordinary"].sum()
-    said = f"""{len(runs)} runs of {DURATION_S:g} s, {len(set(runs["seed"]))} seed(s).
+    said = f"""{len(runs)} runs of {DURATION_S:g} s; with intervals of 95 % where there are several seeds.
 Trips depart for {DEPARTING_S:g} s, at 0.5, 1 and 1.5 times what SUMO lets through
 (*SUMO serves*). Each cell: SUMO, gate. Collisions: SUMO {sumo["collisions"].sum()}, gate
 {gated["collisions"].sum()}; locked: SUMO {sumo["locked"].sum()}, gate {gated["locked"].sum()};
@@ -273,8 +273,10 @@ def main() -> None:
     for table in (behind(runs), by_kind(runs)):
         console.print(frame_table(table, {name: str(name) for name in table.columns}, title="SUMO, gate"))
     if given.write:
-        runs.to_csv(KEPT, index=False)
-        write_section(section(runs), SECTION)
+        every = pd.concat([pd.read_csv(KEPT), runs]) if KEPT.exists() else runs
+        every = every.drop_duplicates(["group", "kind", "times", "rule", "seed"], keep="last")
+        every.to_csv(KEPT, index=False)
+        write_section(section(every), SECTION)
 
 
 if __name__ == "__main__":

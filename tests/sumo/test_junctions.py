@@ -122,3 +122,18 @@ def test_queue_figures() -> None:
     assert queue_figures({2: 4}, 100) == (0.08, 0, 2)
     assert queue_figures({2: 6}, 100) == (0.12, 2, 2)
     assert [level_of_service(s, lit=False) for s in (10.0, 10.1, 51.0)] == ["A", "B", "F"]
+
+
+def test_greens_are_counted_in_a_folder_that_is_named_from_here(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SUMO takes the name of its file for one beside the file that asks for it."""
+    scenario = Scenario(
+        network=str(Path("networks/grid5-actuated.net.xml").resolve()),
+        gate="certified",
+        vehicles=20,
+        duration_s=60,
+        lights="obey",
+    )
+    monkeypatch.chdir(tmp_path)
+    assert run(scenario, Path("out")).junctions["green_used"].notna().any()

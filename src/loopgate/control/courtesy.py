@@ -5,8 +5,9 @@ knows nothing of movements that touch without being foes. So a granted vehicle i
 junction while an ordinary vehicle is in its way or is coming, as long as the granted vehicle can still stop
 there. After 60 s, and for ordinary vehicles that come later, SUMO's right of way decides.
 
-Two cases are exempt from SUMO's right of way. A vehicle that drove in when no other vehicle came does not
-wait inside for a vehicle that departs afterwards and can still stop. And two gated vehicles whose movements
+Three cases are exempt from SUMO's right of way. A vehicle to whose way no ordinary vehicle comes goes where
+the gate lets it, as in a run without such vehicles. A vehicle that drove in when no other vehicle came does
+not wait inside for one that departs afterwards and can still stop. And two gated vehicles whose movements
 do not touch do not wait for each other at their stop lines for ever, as SUMO has them do where lights are
 off.
 """
@@ -44,13 +45,14 @@ class _Manners:
     of way. `since_s`: since when it gives way [s]. `stands_s`: since when it stands at its stop line [s].
     `clear`: the trip on which it does not wait inside the junction. `freed`: the trip on which it goes on
     without giving way. `soon_m`: the arc length of its front from which it is checked in each step [m].
+    `alone`: whether no ordinary vehicle was near its way in the last step.
     """
 
-    __slots__ = ("clear", "first", "freed", "since_s", "soon_m", "speed", "stands_s")
+    __slots__ = ("alone", "clear", "first", "freed", "since_s", "soon_m", "speed", "stands_s")
 
     def __init__(self) -> None:
         self.speed = inf
-        self.first = False
+        self.first = self.alone = False
         self.since_s = inf
         self.stands_s = inf
         self.clear: GrantedPass | None = None
@@ -84,10 +86,11 @@ class Courtesy(Part):
         first: list[tuple[str, bool]] = []
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         for vehicle, manners in list(self._under_way.items()):
-            if vehicle.front_m < manners.soon_m:
-                continue
             speed, before = manners.speed, manners.first
-            self._look_at(vehicle, manners, now_s, step_s)
+            if not self._is_let_alone(vehicle, manners):
+                if vehicle.front_m < manners.soon_m:
+                    continue
+                self._look_at(vehicle, manners, now_s, step_s)
             if manners.speed != speed:
                 kept.append((vehicle.name, manners.speed))
             if manners.first != before:
@@ -98,6 +101,23 @@ class Courtesy(Part):
             self._traffic.keep_to(name, None if limit == inf else limit)
         for name, goes in sorted(first):
             self._traffic.give_way(name, gives=not goes)
+
+    def _is_let_alone(self, vehicle: Vehicle, manners: _Manners) -> bool:
+        """Return whether a vehicle goes on as without ordinary vehicles; else note that it no longer does."""
+        before, manners.alone = manners.alone, _is_alone(vehicle, self._traffic.now_s)
+        if manners.alone != before:
+            for trip in vehicle.trips:
+                trip.quiet = manners.alone
+        if manners.alone:
+            manners.speed, manners.first = inf, True
+            manners.since_s = manners.stands_s = inf
+            manners.clear = manners.freed = None
+        elif before:
+            ahead = next_trip(vehicle, 0.0, 1.0)
+            lookout = None if ahead is None else ahead.over.lookout
+            manners.soon_m = -inf
+            manners.clear = ahead if lookout is not None and lookout.waits_in_way else None
+        return manners.alone
 
     def _look_at(self, vehicle: Vehicle, manners: _Manners, now_s: float, step_s: float) -> None:
         """Set the speed limit of a vehicle, and whether it ignores SUMO's right of way."""
@@ -164,6 +184,16 @@ class Courtesy(Part):
         if not _is_closed(vehicle, trip, lookout, left_m, manners, now_s):
             return inf
         return safe_speed(room_m, make.decel, step_s)
+
+
+def _is_alone(vehicle: Vehicle, now_s: float) -> bool:
+    """Return whether a vehicle has grants, and no ordinary vehicle may come into its way on them."""
+    if not vehicle.trips:
+        return False
+    for trip in vehicle.trips:  # noqa: SIM110  as in `Leg.is_quiet`
+        if not trip.leg.is_quiet(now_s):
+            return False
+    return True
 
 
 def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> GrantedPass | None:

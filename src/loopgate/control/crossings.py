@@ -18,8 +18,8 @@ stand.
 Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). A vehicle that is led to
 a lane is assumed to stop where it is led (`Vehicle.guide_m`): only there does it change lanes. The rule
 predicts nothing of a vehicle that follows another model than SUMO's cars, or that may have to wait on the
-junction: for an earlier grant in its way, behind a vehicle that left the same lane in another direction, or
-for persons who cross.
+junction: for an earlier grant in its way, behind a vehicle that left the same lane in another direction, for
+persons who cross, or for an ordinary vehicle that comes (`GrantedPass.quiet`).
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
     """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
-    if not other.make.foreseen or inside_m < max(_BEYOND_M, shared.from_m):
+    if not other.make.foreseen or not trip.quiet or inside_m < max(_BEYOND_M, shared.from_m):
         return IN_THE_WAY
     make = vehicle.make
     slow = other.make.surely(trip.over.speed)
@@ -119,7 +119,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
 def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe) -> bool:
     """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
-    if not other.make.foreseen:
+    if not other.make.foreseen or not trip.quiet:
         return False
     inside_m = other.front_m - trip.line_m
     for lit in trip.leg.passes:
@@ -151,6 +151,8 @@ def _comes_later(
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
     if vehicle.steered or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
+        return False
+    if vehicle.leg.stretch is not None and not vehicle.leg.is_quiet(now_s):
         return False
     if not passes_lights(vehicle, now_s) or _follows_aside(vehicle.leg.passes[0], vehicle, _NEXT):
         return False

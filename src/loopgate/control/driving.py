@@ -673,8 +673,7 @@ def make_for(track: Track, traffic: Traffic) -> Make:
     return make_of(
         like,
         track.top_speed_mps * haste,
-        # An ordinary vehicle may hold up a vehicle that also obeys SUMO's right of way.
-        foreseen=track.foreseen and not traffic.gives_way,
+        foreseen=track.foreseen,
         brakes_late=track.brakes_late,
     )
 

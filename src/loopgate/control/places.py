@@ -250,6 +250,27 @@ class Leg:
         self.stretch: RoadStretch | None = None
         self.slot_m = 0.0
 
+    def is_quiet(self, now_s: float) -> bool:
+        """Return whether no ordinary vehicle is on the crossing after the leg or beyond, or comes to it soon.
+
+        Among ordinary vehicles only, where the leg lies on the road.
+        """
+        here, after = self.stretch, self.after
+        there = None if after is None else after.stretch
+        if here is None or there is None or there.lane.fronts or there.lane.edge.coming:
+            return False
+        for over in self.passes:
+            lookout = over.lookout
+            if lookout is not None and not (lookout.is_quiet() and lookout.was_quiet(now_s)):
+                return False
+        for lane in here.between:
+            if lane.is_used(inf):
+                return False
+        for lane in there.into:  # noqa: SIM110  a generator costs five times this
+            if lane.fronts:
+                return False
+        return True
+
 
 def path_of(places: list[Place], *, closed: bool) -> list[Leg]:
     """Return the legs over `places`, at least one; on a `closed` path the last leads to the first."""
@@ -289,12 +310,12 @@ class GrantedPass:
     it. `leg`: the leg before it. `light_m`: arc length of its light [m]. `lit`: whether the front is past the
     light. `committed`: whether the vehicle drives on at amber there; valid once `known`. `stood`: whether the
     vehicle stood at the light. `seen`: whether other vehicles know of the grant; vehicles that decide by
-    messages see it in the next step.
+    messages see it in the next step. `quiet`: whether no ordinary vehicle may come into its way (`Courtesy`).
     """
 
     __slots__ = (
         "clear_m", "committed", "into", "known", "leg", "light_m", "line_m", "lit", "number", "over",
-        "seen", "stood", "vehicle",
+        "quiet", "seen", "stood", "vehicle",
     )  # fmt: skip
 
     def __init__(self, into: Body, leg: Leg, over: Pass, number: int, line_m: float, clear_m: float) -> None:
@@ -302,6 +323,7 @@ class GrantedPass:
         self.light_m: Final = line_m + over.ahead_m
         self.lit = self.known = self.committed = self.stood = False
         self.seen = True
+        self.quiet = leg.stretch is None
         self.vehicle: Final = into.vehicle
         self.into: Final = into
         self.over: Final = over

@@ -11,6 +11,10 @@ BEYOND_M: Final = 0.3
 """A vehicle may stand this far beyond the end of its place [m]."""
 
 
+_CLEARS_S: Final = 30.0
+"""An ordinary vehicle has left a junction this long after it came, unless it stands in the way [s]."""
+
+
 class RoadEdge:
     """An edge of the network.
 
@@ -29,14 +33,16 @@ class RoadEdge:
 class RoadTurn:
     """The way from one edge over a junction to another edge.
 
-    `through_m`: its length [m]. `coming`: the ordinary vehicles that may be there soon.
+    `through_m`: its length [m]. `coming`: the ordinary vehicles that may be there soon. `came_s`: when one of
+    them last came there, or went another way [s].
     """
 
-    __slots__ = ("coming", "through_m")
+    __slots__ = ("came_s", "coming", "through_m")
 
     def __init__(self, through_m: float) -> None:
         self.through_m: Final = through_m
         self.coming: list[Coming] = []
+        self.came_s = -inf
 
 
 class RoadLane:
@@ -260,3 +266,10 @@ class Lookout:
             if approach.turn.coming:
                 return False
         return not self.is_used()
+
+    def was_quiet(self, now_s: float) -> bool:
+        """Return whether no ordinary vehicle has come to a turn that crosses for some time."""
+        for approach in self.approaches:  # noqa: SIM110  as above
+            if now_s - approach.turn.came_s < _CLEARS_S:
+                return False
+        return True

@@ -88,7 +88,7 @@ class Sight:
         for name in self.others.keys() - set(names):
             other = self.others.pop(name)
             self._leave_lane(other)
-            _forget_ways(other)
+            _forget_ways(other, self._traffic.now_s)
         for name in names:
             if name not in self.others:
                 like = self._traffic.dynamics(name)
@@ -127,7 +127,7 @@ class Sight:
         self._leave_lane(other)
         other.lane, other.on, other.parks = lane, None, parks
         if parks:
-            _forget_ways(other)
+            _forget_ways(other, self._traffic.now_s)
         elif lane is not None:
             lane.fronts.append(other)
 
@@ -169,7 +169,7 @@ class Sight:
 
     def _list_ways(self, other: Other, lane: RoadLane) -> None:
         """List a vehicle at the turns that it may come to from its lane, and at its next edges."""
-        _forget_ways(other)
+        _forget_ways(other, self._traffic.now_s)
         edges, turns, at = other.edges, other.turns, other.at
         for edge in edges[at + 1 : at + 1 + AHEAD]:
             edge.coming[other] = None
@@ -215,9 +215,10 @@ class Sight:
             self._used.append(lane)
 
 
-def _forget_ways(other: Other) -> None:
+def _forget_ways(other: Other, now_s: float) -> None:
     for coming in other.entries:
         coming.turn.coming.remove(coming)
+        coming.turn.came_s = now_s
     other.entries = []
     for edge in other.coming_to:
         edge.coming.pop(other, None)

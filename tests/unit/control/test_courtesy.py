@@ -123,8 +123,38 @@ def test_a_vehicle_that_drove_in_by_sumos_right_of_way_keeps_that_inside() -> No
     assert way.tells(COMES, front_m=98.0, speed=0.0) == [0.0]
     way.told.now_s += 60.0
     assert way.tells(COMES, front_m=98.0, speed=0.0) == [None]
-    way.tells([], front_m=102.0, speed=4.0)
+    way.tells(COMES, front_m=102.0, speed=4.0)
     assert not way.goes_first()
+
+
+def test_a_vehicle_goes_as_without_ordinary_ones_while_none_comes_into_its_way() -> None:
+    """From its grant on; until one comes, for which it gives way where it can still stop."""
+    way = Way()
+    (trip,) = way.car.trips
+    assert (way.goes_first(), trip.quiet) == (True, True)
+    way.tells(COMES, front_m=70.0, speed=10.0)
+    assert (way.goes_first(), trip.quiet) == (False, False)
+    way.turn.came_s = way.told.now_s  # it has gone into the junction
+    way.tells([], front_m=71.0, speed=1.0)
+    assert not way.goes_first()
+    way.told.now_s += 30.0
+    way.tells([], front_m=80.0, speed=10.0)
+    assert (way.goes_first(), trip.quiet) == (True, True)
+    (told,) = way.tells(COMES, front_m=87.0, speed=10.0)
+    assert told is not None
+    assert not trip.quiet
+
+
+@pytest.mark.parametrize("where", ["next", "foe", "coming", "turn", ""])
+def test_ordinary_vehicles_near_its_way_keep_a_vehicle_from_that(where: str) -> None:
+    """In the place that it drives to, on the junction, about to drive there, or on the way across."""
+    way = Way()
+    if where == "coming":
+        way.edges["next"].coming[Other("o", 5.0, 2.6, 4.5, 1.0)] = None
+    elif where in {"next", "foe"}:
+        way.put(where, 10.0)
+    way.tells(COMES if where == "turn" else [], front_m=60.0, speed=10.0)
+    assert way.goes_first() == (not where)
 
 
 def test_a_vehicle_that_leaves_is_told_nothing_more() -> None:
@@ -144,8 +174,9 @@ def test_a_vehicle_that_gives_way_goes_on_to_while_the_other_is_there() -> None:
 
 
 def test_a_vehicle_let_go_first_stays_so_until_it_is_past() -> None:
-    """It waited only for vehicles under the gate; it sets out, and nobody is there."""
+    """It waited only for vehicles under the gate; it sets out, and nobody is there, but one behind it."""
     way = Way()
+    way.edges["next"].coming[Other("o", 5.0, 2.6, 4.5, 1.0)] = None
     for _ in range(40):
         way.tells([], front_m=98.0, speed=0.0)
     assert way.goes_first()

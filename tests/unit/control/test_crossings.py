@@ -15,6 +15,7 @@ from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Foe, GrantedPass, Make, Pass, Vehicle, shared_by
+from loopgate.control.roads import RoadEdge, RoadLane, RoadStretch
 from loopgate.control.rules import crossing
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
@@ -160,6 +161,17 @@ def test_where_vehicles_give_way_to_others_nothing_is_foreseen(
     """`b` is on the shared stretch and fast, `a` 30 m away. Past it, it is out of the way."""
     scene = Crossed("b", (20.0, front_m), foreseen=(foreseen, foreseen))
     assert (scene.found() != IN_THE_WAY) == free
+
+
+def test_nothing_is_foreseen_of_one_into_whose_way_an_ordinary_vehicle_may_come() -> None:
+    """Until it has: `b` would be past, and `a` could go first."""
+    scene, later = Crossed("b", (20.0, 60.0)), Crossed("b", (49.9, -35.0))
+    scene.trip.quiet = False
+    later.a.leg.stretch = RoadStretch(
+        RoadLane("", RoadEdge(1.0, 1.0), 1.0, 1.0, inside=False), 0.0, 1.0, [], []
+    )
+    assert (scene.found(), later.found()) == (IN_THE_WAY, IN_THE_WAY)
+    assert not later.a.leg.is_quiet(0.0)  # it does not lead on by road
 
 
 def test_nothing_is_foreseen_of_one_that_may_wait_for_persons() -> None:

@@ -294,12 +294,12 @@ def test_ways_drawn_anew_change_nothing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("foreseen", "gives_way", "known"), [(True, False, True), (False, False, False), (True, True, False)]
+    ("foreseen", "gives_way", "known"), [(True, False, True), (False, False, False), (True, True, True)]
 )
-def test_nothing_is_foreseen_where_vehicles_give_way_or_drive_otherwise(
+def test_nothing_is_foreseen_of_vehicles_that_drive_otherwise(
     *, foreseen: bool, gives_way: bool, known: bool
 ) -> None:
-    """They may stand on a junction for ordinary traffic; and the caller knows the vehicle types."""
+    """The caller knows the vehicle types. Among ordinary traffic each grant says whether it holds."""
     way = replace(track_of("v0", 10.0), foreseen=foreseen)
     traffic = FakeTraffic({"v0": vehicle_at("v0", 10.0)})
     traffic.gives_way = gives_way

@@ -46,16 +46,14 @@ def test_the_page_says_where_the_gate_is_ahead() -> None:
     assert "clean in 1 of 2" in said
 
 
-def test_who_has_not_departed_has_lost_its_wait_only(tmp_path: Path) -> None:
-    """SUMO writes such a trip with a departure of -1."""
-    file = tmp_path / "tripinfo.xml"
-    file.write_text(
-        '<tripinfos><tripinfo depart="0" departDelay="2" arrival="50" timeLoss="10"/>'
-        '<tripinfo depart="-1" departDelay="8" arrival="-1" timeLoss="-1"/></tripinfos>'
-    )
-    found = study.trips(file)
-    assert (found[study.VEHICLES], found[study.ARRIVED]) == (2, 1)
-    assert (found[study.DELAY], found[study.DEPART_DELAY]) == (10.0, 5.0)
+def test_delays_are_of_gated_and_ordinary_vehicles() -> None:
+    """Weighed by how many there are."""
+    figures = {"arrived": 4, study.DELAY: 10.0, study.DEPART_DELAY: None}
+    others = {"trips": 2, "arrived": 1, study.DELAY: 40.0, study.DEPART_DELAY: 8.0}
+    found = study.trips({"trips": 4, **figures, "others": others})
+    assert (found[study.VEHICLES], found[study.ARRIVED]) == (6, 5)
+    assert (found[study.DELAY], round(found[study.DEPART_DELAY], 2)) == (20.0, 2.67)
+    assert study.trips({"trips": 4, **figures})[study.DELAY] == 10.0
 
 
 def test_roundabouts_lead_from_each_end_to_each_other(tmp_path: Path) -> None:

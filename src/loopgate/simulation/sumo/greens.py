@@ -20,8 +20,8 @@ def ask_for_greens(loops: Iterable[Loop], folder: Path) -> tuple[Path, ...]:
     if not lights:
         return ()
     top = ET.Element("additional")
-    for light in lights:
-        ET.SubElement(top, "timedEvent", type="SaveTLSSwitchTimes", source=light, dest=str(folder / GREENS))
+    for light in lights:  # SUMO takes `dest` for a name in the folder of this file
+        ET.SubElement(top, "timedEvent", type="SaveTLSSwitchTimes", source=light, dest=GREENS)
     write_xml(top, folder / _REQUEST)
     return (folder / _REQUEST,)
 
