@@ -53,11 +53,18 @@ class TrafficFile:
         return (f"{self.file}: no vehicle departs {when}: give a .sumocfg that begins then as NETWORK",)
 
     def check_names(self, vehicles: Iterable[str]) -> None:
-        """Raise `RouteError` if a vehicle of `vehicles` has the name of an ordinary vehicle."""
-        twice = next((vehicle for vehicle in vehicles if vehicle in self.ids), None)
+        """Raise `RouteError` if a vehicle of `vehicles` has the name of an ordinary vehicle or a flow's."""
+        flows = self.ids & {flow for flow, _ in self.flows}
+        twice = next((v for v in vehicles if v in self.ids or _flow_of(v) in flows), None)
         if twice is not None:
             msg = f"{self.file}: vehicle {twice}: a vehicle on a loop has that name too; rename one"
             raise RouteError(msg)
+
+
+def _flow_of(vehicle: str) -> str:
+    """Return the flow that SUMO would name a vehicle after, as it does `FLOW.0`, `FLOW.1`; empty if none."""
+    flow, _, number = vehicle.rpartition(".")
+    return flow if number.isdecimal() else ""
 
 
 def read_traffic(file: Path | str) -> TrafficFile:
@@ -108,15 +115,22 @@ def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
 
     Raises `RouteError` if an include has no name, or is endless.
     """
-    found: list[tuple[str, Flow]] = []
+    return [flow for _, one in elements_in(files) if one.tag in _FLOWS for flow in _flows([one])]
+
+
+def elements_in(files: Iterable[Path]) -> Iterator[tuple[Path, ET.Element]]:
+    """Yield the elements of SUMO's files and included files, as they end; unreadable files are skipped.
+
+    Raises `RouteError` if an include has no name, or is endless.
+    """
     unreadable = (OSError, EOFError, zlib.error, ET.ParseError, ValueError, LookupError)
-    for one in (one for file in files for one in check_included(file, RouteError)):
-        with suppress(*unreadable), open_xml(one) as stream:
+    every = dict.fromkeys(one for file in files for one in check_included(file, RouteError))
+    for file in every:
+        with suppress(*unreadable), open_xml(file) as stream:
             for _, element in ET.iterparse(stream):  # noqa: S314  expat refuses entities without bounds
-                found += _flows([element] if element.tag in _FLOWS else ())
+                yield file, element
                 if element.tag in {*_VEHICLES, *_PERSONS}:
                     element.clear()
-    return found
 
 
 def check_flows(flows: Sequence[tuple[str, Flow]], begin_s: float, end_s: float, source: Path | str) -> None:

@@ -34,7 +34,7 @@ from loopgate.simulation.positions import make_layout, record_positions
 from loopgate.simulation.run_folder import Folder
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.session import Session, sum_up
-from loopgate.simulation.sumo.devices import refuse_what_leads_off
+from loopgate.simulation.sumo.devices import refuse_what_leads_off, unheard
 from loopgate.simulation.sumo.greens import ask_for_greens
 from loopgate.simulation.sumo.input import without_vehicles, write_ordinary, write_sumo_input
 from loopgate.simulation.sumo.start import (
@@ -257,12 +257,15 @@ def open_session(
         *output_options(scenario, folder.path, trips=bool(assembly.trips or assembly.others)),
         *(record_positions(folder / run_folder.POSITIONS) if scenario.positions else ()),
     ]
+    others = bool(scenario.traffic or assembly.others)
+    own = [folder / run_folder.ORDINARY] if assembly.others else []
+    among = [*own, *_files_of(beside), *_beside(scenario, assembly, said)]
+    blue = unheard(among) if others and scenario.gated else ()
     guard = [DiskGuard(folder / run_folder.POSITIONS).check] if scenario.positions else []
     if assembly.abstraction is not None:
         rooms = {} if keeping is None else rooms_of(scenario, assembly, keeping[0])
         write_layout(make_layout(assembly, scenario.step_s, rooms), folder / run_folder.LAYOUT)
     with ExitStack() as stack:
-        others = bool(scenario.traffic or assembly.others)
         traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
@@ -276,13 +279,17 @@ def open_session(
             ways = {start.loop.id: start.loop for start in assembly.everybody}
             guard.append(Window(traffic, session.drive, ways.values()).look)
         absent = beside.absent(assembly.begin_s, end_s) if beside else ()
-        notes = (*said.notes, *said.taken_over_by(options), *absent, *session.notes)
+        notes = (*said.notes, *said.taken_over_by(options), *absent, *blue, *session.notes)
         yield replace(session, each_step=(*session.each_step, *guard), notes=notes)
 
 
 def _beside(scenario: Scenario, assembly: Assembly, said: SumoOptions) -> tuple[Path, ...]:
     """Return the additional files of a run without ordinary traffic."""
     return tuple(dict.fromkeys((*said.additional_files, *scenario.stop_files, *assembly.stop_files)))
+
+
+def _files_of(beside: TrafficFile | None) -> tuple[Path, ...]:
+    return (*beside.route_files, *beside.additional_files) if beside else ()
 
 
 def _input_options(

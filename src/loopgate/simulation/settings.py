@@ -65,6 +65,7 @@ UNDER_NO_GATE = {
     "load-state": "the gate knows nothing of the vehicles in it; leave it out",
     "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
+    "device.bluelight.reactiondist": "no vehicle makes way for blue lights there; leave it out",
 }
 """Options of SUMO that no gate can work with: the reason, and the way out."""
 

@@ -25,6 +25,8 @@ def test_a_route_file(tmp_path: Path) -> None:
     found.check_names(["v1", "v2"])
     with pytest.raises(RouteError, match="vehicle c: a vehicle on a loop has that name too"):
         found.check_names(["v1", "c"])
+    with pytest.raises(RouteError, match=r"vehicle b\.4: a vehicle on a loop has that name too"):
+        found.check_names(["a.1", "c.4", "b.x", "b.4"])
 
 
 @pytest.mark.parametrize(

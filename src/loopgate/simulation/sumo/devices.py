@@ -16,8 +16,9 @@ from loopgate.network.circling import words
 from loopgate.network.clock import seconds, time_of
 from loopgate.network.incidents import Closure
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
+from loopgate.network.traffic_file import elements_in
 from loopgate.network.trips import MIDDLE
-from loopgate.reading import shown
+from loopgate.reading import listed, shown
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import is_on
 from loopgate.simulation.sumo_words import own_words
@@ -157,10 +158,13 @@ LEADING = {
     "rerouting": "lead them another way than the gate knows (SUMO's duaIterate.py leads them beforehand)",
     "taxi": "lead them wherever they are called",
     "toc": "slow or stop them anywhere while nobody drives",
+    "bluelight": "make others leave the lanes of their loops",
 }
 """What each such device would do to gated vehicles."""
 
 _REROUTING = "rerouting"
+
+_BLUE, _HEARD_M = "has.bluelight.device", "device.bluelight.reactiondist"
 
 
 def has_device(name: str) -> str:
@@ -258,6 +262,29 @@ def leading_devices(
         if device == _REROUTING and rerouted >= set(having):
             told.discard(device)
     return tuple(found), tuple(found[device] for device in found if device in told)
+
+
+def unheard(files: Iterable[Path]) -> tuple[str, ...]:
+    """Return a warning if ordinary vehicles of some files have blue lights: nobody makes way for them.
+
+    Under a gate SUMO's distance from which others make way is 0 m, for they would leave the lanes on which
+    they have grants.
+
+    Raises
+    ------
+    ScenarioError
+        If a vehicle or type sets that distance itself.
+    """
+    found = []
+    for file, one in elements_in(files):
+        said = one.get("key") if one.tag == "param" and is_on(one.get("value", "")) else ""
+        if said == _HEARD_M:
+            msg = f"{file}: {_HEARD_M} does not go with a gate: others would change lanes; leave it out"
+            raise ScenarioError(msg)
+        if said == _BLUE:
+            found.append(str(file))
+    where = listed(dict.fromkeys(found))
+    return (f"{where}: no vehicle makes way for blue lights under a gate",) if found else ()
 
 
 def without_devices(vehicle: VehicleDemand, devices: Collection[str]) -> VehicleDemand:

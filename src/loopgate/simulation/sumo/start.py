@@ -94,6 +94,8 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
     ]
     if scenario.rule_for_lights == "off":
         options.append("--tls.all-off")
+    if scenario.gated:  # see `devices.unheard`
+        options += ["--device.bluelight.reactiondist", "0"]
     return options
 
 
