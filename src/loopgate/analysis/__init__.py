@@ -3,6 +3,7 @@
 Columns that make a group are called `by` everywhere, the confidence level of an interval `level`.
 """
 
+from loopgate.analysis.closures import compute_delayed, compute_stop_phases
 from loopgate.analysis.comparison import (
     compute_capacity,
     compute_fundamental,
@@ -63,6 +64,7 @@ __all__ = [
     "compute_causes",
     "compute_deadlock_rate",
     "compute_decision_time",
+    "compute_delayed",
     "compute_districts",
     "compute_edge_holds",
     "compute_edge_means",
@@ -85,6 +87,7 @@ __all__ = [
     "compute_safety",
     "compute_seen_within",
     "compute_starving",
+    "compute_stop_phases",
     "compute_stops",
     "compute_stuck",
     "compute_survival",

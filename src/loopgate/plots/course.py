@@ -83,6 +83,8 @@ def plot_flow(
     known = series_names(flow, series) if series else []
     color = series_channels(known, series, among, lines=True) if series else {}
     locked = alt.Chart(alt.InlineData(values=[{c.TIME: at} for at in deadlocks]))
+    # Where nobody drives rounds, as in most FCD, laps need no panel.
+    what = [one for one in what if one not in (c.LAPS, c.LAPS_PER_H) or flow[one].gt(0).any()] or what
     panels = []
     for column in what:
         # The panels share the time: its name stands below the last.
@@ -154,7 +156,7 @@ def plot_ranked(
         .mark_bar()
         .encode(
             x=alt.X(f"{value}:Q", title=label or heading(value), axis=alt.Axis(labelExpr=NUMBER)),
-            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=170, labelOverlap=False)),
+            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=260, labelOverlap=False)),
             tooltip=tooltip(*fields),
         )
     )

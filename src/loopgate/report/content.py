@@ -21,6 +21,7 @@ from loopgate.analysis import (
     compute_causes,
     compute_deadlock_rate,
     compute_decision_time,
+    compute_delayed,
     compute_edge_means,
     compute_flow,
     compute_fundamental,
@@ -34,6 +35,7 @@ from loopgate.analysis import (
     compute_rarest,
     compute_seen_within,
     compute_starving,
+    compute_stop_phases,
     compute_stops,
     compute_stuck,
     compute_survival,
@@ -54,6 +56,7 @@ from loopgate.runs.results import Results
 from loopgate.runs.run import Run, read_run
 
 _MOST_POINTS_OF_ONE = 6000
+_BLOCKED = "compute_blocked(summary=run.summary)"
 _STREETS = f'run.streets["{c.EDGE}"]'
 
 
@@ -76,7 +79,7 @@ def add_single_run(content: Content, folder: Path) -> str:
             caption = "All waits for the gate, by the reason of the refusal."
             content.figure("causes", "Why vehicles wait", caption, plots.plot_ranked, label="vehicle-seconds")
         _add_watch(content, one, options)
-    _add_standing(content, one)
+    _add_standing(content, one, end_s)
     _add_junctions(content, one)
     _add_loop(content, one.vehicles, one.loops)
     of = {"vehicles": "run.vehicles", "events": "run.events"}
@@ -84,13 +87,32 @@ def add_single_run(content: Content, folder: Path) -> str:
     return f"\nrun = read_run({json.dumps(str(folder), ensure_ascii=False)})"
 
 
-def _add_standing(content: Content, one: Run) -> None:
+def _add_standing(content: Content, one: Run, end_s: float) -> None:
     """Add the places in which something stood, and the vehicles that starved."""
     content.known["run.summary"] = one.summary
     of = {"summary": "run.summary"}
-    content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
+    blocked = content.table("blocked", "What stood, and since when nobody was let in", compute_blocked, of)
+    if len(blocked):
+        _add_changed(content, one, end_s)
     content.table("starving", "Vehicles that starved, and behind which vehicle", compute_starving, of)
     content.table("messages", "Messages by which vehicles decided", compute_messages, of)
+
+
+def _add_changed(content: Content, one: Run, end_s: float) -> None:
+    """Add what it changed that some place was shut: who was led round or waited, and the stops by phase."""
+    streets = one.edges if one.streets is None else one.streets
+    content.known |= {_BLOCKED: compute_blocked(summary=one.summary), "run.streets": streets}
+    title = "Who was led round what was closed or stood, or waited before it"
+    of = {"events": "run.events", "vehicles": "run.vehicles", "loops": "run.loops"}
+    of |= {"streets": "run.edges" if one.streets is None else "run.streets", "blocked": _BLOCKED}
+    content.known["run.edges"] = one.edges
+    if len(one.loops):
+        content.table("delayed", title, compute_delayed, of, end_s=end_s)
+    if len(one.visits):
+        content.known["run.visits"] = one.visits
+        title = "Stops before, during and after what was closed or stood"
+        of = {"visits": "run.visits", "blocked": _BLOCKED}
+        content.table("stop-phases", title, compute_stop_phases, of)
 
 
 def _add_junctions(content: Content, one: Run) -> None:
@@ -372,7 +394,10 @@ class Content:
         self.figures = [item for item in self.figures if item.name != name]
 
 
-_FIRST = "stops", "blocked", "starving", "movements", "causes", "map", "time-space", "over-time"
+_FIRST = (
+    *("stops", "blocked", "stop-phases", "delayed", "starving"),
+    *("movements", "causes", "map", "time-space", "over-time"),
+)
 """Tables and figures of a single run in the order of an operator's questions."""
 
 _BY = [c.SERIES, c.VEHICLES]

@@ -174,7 +174,55 @@ def _service(tables: Mapping[str, pd.DataFrame], begins_s: float) -> list[str]:
         ]
         more = f" and {len(blocked) - len(parts)} more" if len(blocked) > len(parts) else ""
         sentences.append(f"Nobody was let in to {', '.join(parts)}{more}.")
+        sentences += _changed(tables)
     return sentences
+
+
+def _changed(tables: Mapping[str, pd.DataFrame]) -> list[str]:
+    """Say what it changed that some place was shut, by the events of the run: ways, waits, lateness."""
+    sentences = []
+    if "delayed" in tables:
+        delayed = tables["delayed"]
+        parts = []
+        led = delayed[delayed[c.LED] > 0]
+        if len(led):
+            times = int(led[c.LED].sum())
+            known = led[led[c.LATER].notna()]
+            each = f"{counted(len(led), 'vehicle')} led round it {counted(times, 'time')}"
+            if len(known):
+                of = int(known[c.LED].sum())
+                only = f" (mean of the {of} of which it is known)" if of < times else ""
+                mean = [float(known[name].sum()) / of for name in (c.LONGER, c.LATER)]
+                each += f", each time by {_more(mean[0], 'm')} and {_more(mean[1], 's')}{only}"
+            parts.append(each)
+        waited = delayed[delayed[c.SHUT_WAIT] > 0]
+        if len(waited):
+            worst = waited.iloc[int(waited[c.SHUT_WAIT].to_numpy().argmax())]
+            longest = f"{worst[c.VEHICLE]} longest, {number(float(worst[c.SHUT_WAIT]))} s"
+            parts.append(f"{counted(len(waited), 'vehicle')} waited before it ({longest})")
+            queued = int((delayed[c.SHUT_QUEUE] > 0).sum())
+            if queued:
+                parts.append(f"{counted(queued, 'vehicle')} stood behind these")
+        if parts:
+            sentences.append(f"What that changed: {'; '.join(parts)}.")
+    if "stop-phases" in tables:
+        phases = tables["stop-phases"]
+        late = []
+        for phase, some in phases.groupby(c.PHASE, sort=False):
+            timed = int(some[c.TIMED].sum())
+            worst_late = (
+                f"at most {number(float(some[c.WORST_LATENESS].max()))} s late" if timed else "not known"
+            )
+            late.append(f"{phase} it {worst_late} at {counted(int(some[c.VISITS].sum()), 'visit')}")
+        none = phases[(phases[c.PHASE] == "during") & (phases[c.VISITS] == 0)][c.STOP].unique()
+        nobody = f"; nobody went on from {_listed(list(none))} during it" if len(none) else ""
+        if phases[c.TIMED].sum():
+            sentences.append(f"Stops {', '.join(late)}{nobody}.")
+    return sentences
+
+
+def _more(much: float, unit: str) -> str:
+    return f"{number(abs(much))} {unit} {'more' if much >= 0 else 'less'}"
 
 
 def watch_sentences(streets: pd.DataFrame) -> list[str]:

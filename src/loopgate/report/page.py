@@ -7,7 +7,7 @@ import io
 import json
 import re
 import shlex
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -402,6 +402,42 @@ def _write(results: Results, page: Path, folder: Path, report: Callable[[int, in
     return ReportFiles(page, folder if len(results.runs) else None, writer.figures, writer.tables)
 
 
+def phases_table(phases: pd.DataFrame) -> Cells:
+    """Return headings and rows of stops, with visits and lateness before, during and after a closure."""
+    kinds = list(dict.fromkeys(phases[c.PHASE]))
+    headings = [
+        "stop",
+        "loop",
+        *(f"visits {kind}" for kind in kinds),
+        *(f"latest {kind} [s]" for kind in kinds),
+    ]
+    rows = []
+    for (stop, loop), some in phases.groupby([c.STOP, c.LOOP], sort=False):
+        by = some.set_index(c.PHASE)
+        late = [
+            DASH if pd.isna(by[c.WORST_LATENESS][kind]) else number(by[c.WORST_LATENESS][kind])
+            for kind in kinds
+        ]
+        rows.append([str(stop), str(loop), *(str(by[c.VISITS][kind]) for kind in kinds), *late])
+    return headings, rows
+
+
+_FIRST_OF_ONE: Mapping[str, Callable[[pd.DataFrame], Cells]] = {
+    "stops": stops_table,
+    "stop-phases": phases_table,
+    "delayed": cells,
+}
+"""Tables of a single run that an operator sees first, and how each is shown."""
+
+_MOST_FIRST = 12
+
+
+def _first_table(item: TableItem, make: Callable[[pd.DataFrame], Cells]) -> dict[str, Any]:
+    headings, rows = make(item.table)
+    more = f"; the first {_MOST_FIRST} of {len(rows)}" if len(rows) > _MOST_FIRST else ""
+    return {"headings": headings, "rows": rows[:_MOST_FIRST], "caption": f"{item.title}{more}."}
+
+
 class _Writer:
     """Writes figures and tables as files, and returns their part of the page."""
 
@@ -439,19 +475,24 @@ class _Writer:
             "known": known,
         }
 
-    def _first(self, section: Section, tables: dict[str, TableItem], prefix: str) -> dict[str, Any] | None:
-        """Return the table that comes first, and write it for a paper; of one run it is that of the stops."""
-        if len(section.runs) == 1 and "stops" in tables and section.watch is None:
-            stops = tables["stops"]
-            headings, rows = stops_table(stops.table)
-            return {"headings": headings, "rows": rows, "caption": f"{stops.title}.", "code": stops.code}
+    def _first(self, section: Section, tables: dict[str, TableItem], prefix: str) -> list[dict[str, Any]]:
+        """Return the tables that come first, and write that of means for a paper.
+
+        Of one run they are those of its stops, and what changed while some place was shut.
+        """
+        if section.watch is not None:
+            return []
+        if len(section.runs) == 1:
+            return [
+                _first_table(tables[name], make) for name, make in _FIRST_OF_ONE.items() if name in tables
+            ]
         item = tables.get("throughput")
-        if item is None or section.watch is not None or len(section.runs) == 1:
-            return None
+        if item is None:
+            return []
         headings, rows = headline_table(item.table)
         said = caption(item.table)
         write_headline(headings, rows, said, self._folder / f"{prefix}headline.tex")
-        return {"headings": headings, "rows": rows, "caption": said, "code": item.code}
+        return [{"headings": headings, "rows": rows, "caption": said}]
 
     def figure(self, item: FigureItem, table: TableItem, prefix: str) -> dict[str, Any]:
         """Write a figure as SVG and PNG."""

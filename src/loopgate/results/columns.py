@@ -440,6 +440,12 @@ WAITS_FOR: Final = "waits_for"  # the vehicles whom it waits for
 LANE: Final = "lane"  # the lane on which a vehicle stands
 FROM: Final = "from_s"  # since when
 UNTIL: Final = "to_s"  # until when
+LED: Final = "led_round"  # how often the vehicle was led round what was shut
+LONGER: Final = "longer_m"  # by how much its ways round were longer than what they replaced, in all
+LATER: Final = "later_s"  # how much longer they took
+SHUT_WAIT: Final = "waited_s"  # how long it was refused because the place ahead was shut
+SHUT_QUEUE: Final = "behind_s"  # how long it was in a place behind a vehicle that was refused so
+PHASE: Final = "phase"  # before, during or after the times in which some place was shut
 UNWATCHED: Final = "unwatched"  # streets that nobody entered meanwhile, and since when
 
 # one row per kind of message
