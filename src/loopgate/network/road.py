@@ -107,7 +107,8 @@ class Connection:
     link: int
     """Row of the junction's request matrix; -1 if there is none."""
     signal: tuple[str, int] | None
-    """Name of the traffic light and index of the link; None without a light."""
+    """Name of the traffic light and index of the link; None without a light, as for trains that pass a level
+    crossing."""
 
     @property
     def id(self) -> str:
@@ -123,6 +124,10 @@ class Connection:
     def to_id(self) -> str:
         """The id of the lane behind the junction."""
         return f"{self.to_edge}_{self.to_lane}"
+
+
+RAIL_CROSSING = "rail_crossing"
+"""SUMO's type of a junction where a railway passes a road on the level."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -823,7 +828,9 @@ def _records(reader: _Reader, name: str, file: Path, content: str) -> RoadNetwor
             direction=c.getDirection(),
             junction=raw.getToNode().getID(),
             link=links.get(id(c), -1),
-            signal=(c.getTLSID(), int(c.getTLLinkIndex())) if c.getTLSID() else None,
+            signal=(c.getTLSID(), int(c.getTLLinkIndex()))
+            if c.getTLSID() and c.getTLLinkIndex() >= 0
+            else None,
         )
         for raw in normal
         for index, lane in enumerate(raw.getLanes())

@@ -44,7 +44,8 @@ class Ground:
         self.itineraries: Sequence[Itinerary] = ()
         """The paths of the vehicles, for what is reported of lights."""
         self._lamps = Lamps(traffic)
-        self._signals = signals_in(network, self._lamps) if obeys else {}
+        lit = obeys or others  # trains are ordinary traffic: before them the road is closed in any case
+        self._signals = signals_in(network, self._lamps, rails_only=not obeys) if lit else {}
         self._walked = {c.id for c in network.connections if network.is_walked(c)} if walkers else set()
         self._roads = LaidRoads(network, traffic, self._lamps.__getitem__) if others else None
 

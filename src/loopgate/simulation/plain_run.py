@@ -72,7 +72,7 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     standing: dict[str, tuple[float, tuple[float, float]]] = {}
     rows: list[Row] = []
     with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log, words=scenario.sumo)
+        traffic = start_traffic(options, backend=backend, log=log, words=scenario.sumo, trains=True)
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)

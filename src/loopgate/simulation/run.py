@@ -266,7 +266,14 @@ def open_session(
         rooms = {} if keeping is None else rooms_of(scenario, assembly, keeping[0])
         write_layout(make_layout(assembly, scenario.step_s, rooms), folder / run_folder.LAYOUT)
     with ExitStack() as stack:
-        traffic = start_traffic(options, backend=backend, log=log, yields=others, words=scenario.sumo)
+        traffic = start_traffic(
+            options,
+            backend=backend,
+            log=log,
+            yields=others,
+            words=scenario.sumo,
+            trains=others or not scenario.gated,
+        )
         stack.callback(traffic.close)
         recorder = Recorder(folder / run_folder.EVENTS)
         stack.callback(recorder.close)

@@ -14,6 +14,8 @@ from loopgate.network.stops import Stop
 from loopgate.traffic.base import Collision, Dynamics, Insertion, Light, Phase, Program, Whereabouts
 
 _STATIC = 0  # SUMO's number for lights that follow a timetable
+_RAIL_CROSSING = 2
+"""SUMO's number for the program of a level crossing."""
 
 _FIGURES = ("getRedYellowGreenState", "getNextSwitch", "getProgram", "getPhase", "getSpentDuration")
 """What reads the figures of a `Light`, one after the other."""
@@ -35,10 +37,18 @@ class SumoLights:
             api.trafficlight.getAllProgramLogics,
             read("trafficlight_getProgram"),
         )
+        self._lights, self._set_program = api.trafficlight.getIDList, api.trafficlight.setProgram
         self._figures = [read(f"trafficlight_{name}") for name in _FIGURES]
 
     def light(self, light: str) -> Light:
         return Light._make([figure(light) for figure in self._figures])
+
+    def close_rail_crossings(self) -> None:
+        """Let level crossings close before trains, where all lights have been switched off."""
+        for light in self._lights():
+            for logic in self._programs_of(light):
+                if int(logic.type) == _RAIL_CROSSING:
+                    self._set_program(light, logic.programID)
 
     def light_program(self, light: str) -> Program:
         name = self._program_of(light)

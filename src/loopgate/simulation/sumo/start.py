@@ -93,11 +93,13 @@ def plain_options(scenario: Scenario, log: Path) -> list[str]:
         *("--log", str(log)),
     ]
     if scenario.rule_for_lights == "off":
-        options.append("--tls.all-off")
+        options.append(_ALL_OFF)
     if scenario.gated:  # see `devices.unheard`
         options += ["--device.bluelight.reactiondist", "0"]
     return options
 
+
+_ALL_OFF = "--tls.all-off"
 
 TRIPS = "tripinfo.xml"
 
@@ -126,7 +128,13 @@ def check_outputs(scenario: Scenario) -> None:
 
 
 def start_traffic(
-    options: Sequence[str], *, backend: str, log: Path, yields: bool = False, words: str = ""
+    options: Sequence[str],
+    *,
+    backend: str,
+    log: Path,
+    yields: bool = False,
+    words: str = "",
+    trains: bool = False,
 ) -> SumoTraffic:
     """Start SUMO.
 
@@ -143,6 +151,9 @@ def start_traffic(
         Whether vehicles under the gate obey SUMO's right of way as well.
     words
         The options of the scenario's own, for the error.
+    trains
+        Whether there may be trains of SUMO's own: level crossings then close before them, also where lights
+        are off.
 
     Raises
     ------
@@ -160,7 +171,10 @@ def start_traffic(
             why = f"it does not take the options {words}; 'sumo --help' lists all"
         msg = f"SUMO does not start: {why}"
         raise TrafficError(msg) from error
-    return SumoTraffic(running, kind, yields=yields, shared=False, reads=reads, close=close)
+    traffic = SumoTraffic(running, kind, yields=yields, shared=False, reads=reads, close=close)
+    if trains and _ALL_OFF in options:
+        traffic.close_rail_crossings()
+    return traffic
 
 
 def _backend(

@@ -11,6 +11,7 @@ from loopgate.abstraction.itinerary import Itinerary
 from loopgate.control.lamps import OPEN, Lamp, Signal
 from loopgate.control.lights import Lights
 from loopgate.network import RoadNetwork
+from loopgate.network.road import RAIL_CROSSING
 from loopgate.traffic.base import Program, Traffic
 
 _LONG_RED_S = 300.0
@@ -147,10 +148,12 @@ class ObeyedLights:
         return {"at_lights": figures, "warnings": self._shown.warnings(longest_s, at)}
 
 
-def signals_in(network: RoadNetwork, lamps: Lamps) -> dict[str, Signal]:
-    """Return what lights show in a network, for the ledger, by movement."""
+def signals_in(network: RoadNetwork, lamps: Lamps, *, rails_only: bool = False) -> dict[str, Signal]:
+    """Return what lights show in a network, for the ledger, by movement; `rails_only`: at level crossings."""
     found: dict[str, Signal] = {}
     for movement in network.connections:
+        if rails_only and network.junctions[movement.junction].type != RAIL_CROSSING:
+            continue
         if movement.signal is not None:
             light, link = movement.signal
             speed = min((float(network.lanes[lane].speed_mps) for lane in movement.via), default=inf)
