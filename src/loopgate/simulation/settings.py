@@ -10,7 +10,7 @@ from math import inf
 
 from loopgate.errors import ScenarioError
 from loopgate.network import Loop, RoadNetwork
-from loopgate.network.clock import seconds
+from loopgate.network.clock import as_number, seconds
 from loopgate.network.vehicle_type import VehicleType
 from loopgate.reading import shown
 from loopgate.simulation.braking_trial import why_overruns
@@ -69,6 +69,9 @@ UNDER_NO_GATE = {
 }
 """Options of SUMO that no gate can work with: the reason, and the way out."""
 
+_SUMO_HAS = {"device.bluelight.reactiondist": 25.0}
+"""Values that these options have where nobody sets them: a running simulation tells them too."""
+
 _UNKNOWN = "give it as {} of a vType, so that the gate knows of it"
 
 DEFAULTS = {
@@ -104,7 +107,7 @@ def check_options(read: Callable[[str], str], *, source: str, way_out: str = "",
     unknown = {} if known else {name: _UNKNOWN.format(kind) for name, kind in DEFAULTS.items()}
     for name, reason in {**UNDER_NO_GATE, **unknown}.items():
         value = read(name)
-        if is_on(value):
+        if is_on(value) and as_number(value) != _SUMO_HAS.get(name):
             msg = f"{source}: {name} {value} does not go with a gate: {reason}"
             raise ScenarioError(f"{msg}, {way_out}" if way_out else msg)
 
