@@ -288,3 +288,33 @@ def test_a_configuration_none_of_whose_vehicles_can_be_gated_runs(tmp_path: Path
     assert warning.endswith("; all drive by SUMO's rules, as with --gate open")
     refused = loopgate("run", config, "--duration", "60", "--gate", "certified")
     assert (refused.returncode, refused.stdout) == (2, "")
+
+
+RING = '<route id="r" edges="A0A1 A1B1 B1B0 B0A0"/>'
+ODD = '<vehicle id="odd" route="r" depart="0"><stop edge="A1B1" speed="9" endPos="50"/></vehicle>'
+
+
+def test_stops_that_no_gate_makes_are_named_everywhere(tmp_path: Path) -> None:
+    """By inspect, and by a run without a gate, in whose figures these vehicles are not."""
+    file = tmp_path / "r.rou.xml"
+    file.write_text(f'<routes>{RING}{ODD}<vehicle id="v" route="r" depart="0"/></routes>')
+    given = (GRID, "--routes", file)
+    for told in (
+        loopgate("inspect", *given),
+        loopgate("run", *given, "--duration", "30", "--gate", "open"),
+        loopgate("run", *given, "--duration", "30"),
+    ):
+        assert told.returncode == 0
+        assert "odd: stop with speed '9'" in " ".join(told.stdout.split())
+
+
+def test_a_file_that_no_gate_can_drive_runs_without_one(tmp_path: Path) -> None:
+    """Also where its routes close: the message says that SUMO drives them, and it does."""
+    file = tmp_path / "r.rou.xml"
+    file.write_text(f"<routes>{RING}{ODD}</routes>")
+    given = ("run", GRID, "--routes", file, "--duration", "60", "--json")
+    without, asked = loopgate(*given), loopgate(*given, "--gate", "open")
+    assert (without.returncode, asked.returncode) == (0, 0)
+    assert "all drive by SUMO's rules" in without.stderr
+    assert json.loads(asked.stdout)["vehicles"] == json.loads(without.stdout)["vehicles"] == 1
+    assert loopgate(*given, "--gate", "certified").returncode == 2

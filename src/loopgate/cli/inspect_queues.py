@@ -83,17 +83,18 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
     return seen.problem
 
 
-def _without_unsafe(roads: RoadNetwork, file: RoutesFile, step_s: float) -> RoutesFile:
-    """Return the file without the vehicles that `loopgate run` leaves to ordinary traffic for their type."""
+def _without_ordinary(roads: RoadNetwork, file: RoutesFile, step_s: float) -> RoutesFile:
+    """Return the file without the vehicles that `loopgate run` leaves to ordinary traffic; name them."""
     whys = of_no_safe_type(roads, file.vehicles, step_s)
     rest = tuple(v for v in file.vehicles if v.id not in whys)
-    if not rest:
-        return file  # the run is refused
+    if not rest:  # the run is refused
+        rest, whys = file.vehicles, {}
+    whys |= {one.id: one.why for one in file.ungated.vehicles}
     return replace(file, vehicles=rest, left_out=(*file.left_out, *in_ordinary_traffic(file.file, whys)))
 
 
 def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
-    file = _without_unsafe(roads, file, wanted.step_s)
+    file = _without_ordinary(roads, file, wanted.step_s)
     names, loops, starts_m = file.robots()
     types = file.robot_types()
     if wanted.vehicle_length_m is not None:

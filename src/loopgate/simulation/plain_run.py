@@ -4,11 +4,12 @@ import dataclasses
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from math import nan
+from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from loopgate.disk import writing
-from loopgate.errors import ScenarioError
+from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
@@ -163,7 +164,10 @@ def _own_files(
     if not scenario.routes:
         return [], None
     network = RoadNetwork.open(scenario.network)
-    vehicles, _, file = read_vehicles(scenario, network)
+    try:
+        vehicles, _, file = read_vehicles(scenario, network)
+    except NobodyGatedError:  # all are as their file has them
+        return _unchanged(scenario, network.file, said, ordinary)
     beside = tuple(dict.fromkeys((*said.additional_files, *(file.stop_files if file else ()))))
     ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
     write_ordinary(vehicles, folder / run_folder.ORDINARY, known=type_names(beside), ungated=ungated)
@@ -178,6 +182,28 @@ def _own_files(
     options += ["--additional-files", ",".join(map(str, beside))] if beside else []
     begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
     return [*options, *begin], own
+
+
+def _unchanged(
+    scenario: Scenario, network: Path, said: SumoOptions, ordinary: TrafficFile | None
+) -> tuple[list[str], frozenset[str] | None]:
+    """Return what `_own_files` returns, with the vehicles of the route file as the file has them."""
+    mine = read_traffic(scenario.routes)
+    every = [mine, ordinary] if ordinary else [mine]
+    if ordinary:
+        ordinary.check_names(mine.ids)
+    routes = ",".join(str(file) for one in every for file in one.route_files)
+    options = ["--net-file", str(network), "--route-files", routes]
+    beside = [
+        *said.additional_files,
+        *scenario.stop_files,
+        *(f for one in every for f in one.additional_files),
+    ]
+    options += ["--additional-files", ",".join(map(str, dict.fromkeys(beside)))] if beside else []
+    if not is_sumo_config(scenario.network):
+        begin_s = scenario.begin_s if scenario.begin_s >= 0.0 else max(0.0, min(s for s, _ in mine.departs_s))
+        options += ["--begin", f"{begin_s:g}"]
+    return options, mine.ids if ordinary else None
 
 
 class PlainDrive:

@@ -12,6 +12,7 @@ from xml.etree import ElementTree as ET
 from loopgate.audit import read_layout, write_layout
 from loopgate.cache import frozen_objects
 from loopgate.disk import writing
+from loopgate.errors import NobodyGatedError
 from loopgate.folders import remove_abandoned, temporary_folder
 from loopgate.gates import Gate, make_gate
 from loopgate.model import write_system
@@ -204,14 +205,17 @@ def is_plain(scenario: Scenario) -> bool:
     """Return whether a scenario runs vehicles unchanged, without loops.
 
     These are the vehicles of a ``.sumocfg`` under ``open``, or of a route file under ``open`` whose vehicles
-    drive once.
+    drive once, or none of which a gate can drive.
     """
     if scenario.gated or scenario.loops or scenario.counts_vehicles:
         return False
     if not scenario.routes:
         return is_sumo_config(scenario.network) and not scenario.traffic
     network = RoadNetwork.open(scenario.network)
-    file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    try:
+        file = read_loops(network, scenario.routes, stops=scenario.stop_files, once=True)
+    except NobodyGatedError:
+        return True
     return any(vehicle.once for vehicle in file.vehicles)
 
 

@@ -316,8 +316,8 @@ def sort_out(
     vehicles, later, moved = by_departure(scenario, mine, file)
     ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
     found = SortedOut(mine, ordinary, vehicles, later, moved, ungated)
+    found.apart = {one.id: one.why for one in ungated.vehicles}  # without a gate too: no figure counts them
     if scenario.gated:
-        found.apart = {one.id: one.why for one in ungated.vehicles}
         own = scenario.abstraction == "queues" and not scenario.counts_vehicles
         asked = [v for v in (*vehicles, *later) if own or not v.loop.closed]
         found.put_apart(of_no_safe_type(network, asked, scenario.step_s))
