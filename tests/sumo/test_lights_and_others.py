@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from random import Random
 
@@ -58,6 +59,25 @@ def test_lights_obeyed(tmp_path: Path) -> None:
     assert obeyed["warnings"] == []
     events = read_events(tmp_path / "obey" / "events.parquet")
     assert "red" in set(events[events[EVENT] == "refuse"][REASON])
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_lights_that_are_off_stay_off(tmp_path: Path, gate: str) -> None:
+    """No plan of an additional file switches them on at a time: with or without it, all is the same."""
+    red = f'<phase duration="90" state="{"r" * 20}"/>'
+    plan = (
+        '<WAUT id="w" refTime="0" startProg="0"><wautSwitch time="20" to="night"/></WAUT>'
+        '<wautJunction wautID="w" junctionID="B2"/>'
+    )
+    told = []
+    for name, more in (("with", plan), ("without", "")):
+        file = tmp_path / f"{name}.add.xml"
+        logic = f'<tlLogic id="B2" type="static" programID="night">{red}</tlLogic>'
+        file.write_text(f"<additional>{logic}{more}</additional>")
+        scenario = replace(ACTUATED, gate=gate, lights="off", stops=str(file), duration_s=200.0)
+        simulate(scenario, tmp_path / name)
+        told.append((tmp_path / name / "events.parquet").read_bytes())
+    assert told[0] == told[1]
 
 
 def test_lights_that_stay_red_are_no_deadlock() -> None:

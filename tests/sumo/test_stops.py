@@ -316,14 +316,14 @@ def test_persons_ride_from_stop_to_stop(beside: str, tmp_path: Path) -> None:
     assert ("school", "0", "1") in loaded
 
 
-@pytest.mark.parametrize("gate", ["certified", "open"])
-def test_persons_who_wait_are_counted(gate: str, tmp_path: Path) -> None:
-    """As many on average as SUMO's persons wait in all, over the time; nobody where none come."""
+@pytest.mark.parametrize(("gate", "first_s"), [("certified", 3), ("open", 3), ("certified", 250)])
+def test_persons_who_wait_are_counted(gate: str, first_s: int, tmp_path: Path) -> None:
+    """As many on average as SUMO's persons wait in all, over all the time; nobody where none come."""
     text = (
         '<vType id="k" personCapacity="90" boardingDuration="0"/>'
         f'<route id="line" {LINE}><stop busStop="market" duration="2"/><stop busStop="school" duration="2"/>'
         '</route><vehicle id="v" type="k" route="line" depart="0" line="7"/>'
-        '<personFlow id="p" begin="3" end="430" period="7"><walk edges="B2C2" busStop="market"/>'
+        f'<personFlow id="p" begin="{first_s}" end="430" period="7"><walk edges="B2C2" busStop="market"/>'
         '<ride busStop="school" lines="7"/></personFlow>'
     )
     run(tmp_path, text, gate=gate)

@@ -178,7 +178,8 @@ def _own_files(
         beside = tuple(dict.fromkeys((*beside, *ordinary.additional_files)))
         routes += map(str, ordinary.route_files)
     options = ["--net-file", str(network.file), "--route-files", ",".join(routes)]
-    beside = without_vehicles(beside, file.vehicle_files if file else (), folder.path)
+    off = scenario.rule_for_lights == "off"
+    beside = without_vehicles(beside, file.vehicle_files if file else (), folder.path, lights_off=off)
     options += ["--additional-files", ",".join(map(str, beside))] if beside else []
     begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
     return [*options, *begin], own

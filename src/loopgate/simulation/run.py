@@ -326,7 +326,8 @@ def _input_options(
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops, assembly.incidents.closures)
     types = _types_of_others(assembly, ordinary) if scenario.gated else None
-    beside = without_vehicles(beside, assembly.vehicle_files, folder.path, types)
+    off = scenario.rule_for_lights == "off"
+    beside = without_vehicles(beside, assembly.vehicle_files, folder.path, types, lights_off=off)
     if assembly.persons:
         top = ET.Element("additional")
         top.extend(assembly.persons)

@@ -213,21 +213,27 @@ class StopFigures:
         self.bus_stops = driving.stops.bus_stops
         self._next_s = -inf
         self._waiting: list[tuple[float, str, int]] = []
+        self._peopled = False
+        """Whether there have been persons in the simulation."""
 
     def look(self) -> None:
-        """Count the persons who wait at each bus stop, if there are persons; once in `FLOW_EVERY_S`."""
+        """Count the persons who wait at each bus stop; once in `FLOW_EVERY_S`."""
         now_s = self._traffic.now_s
         if now_s < self._next_s:
             return
         self._next_s = now_s + FLOW_EVERY_S
         for name in self.bus_stops:
             count = self._traffic.persons_at(name)
-            if count is not None or self._waiting:  # all may have gone home
-                self._waiting.append((now_s, name, count or 0))
+            self._peopled |= count is not None
+            self._waiting.append((now_s, name, count or 0))
 
     def waiting(self, since_s: float) -> pd.DataFrame:
-        """Return how many persons waited at bus stops since a time [s], with `WAITING_COLUMNS`."""
-        return pd.DataFrame(self._waiting, columns=list(WAITING_COLUMNS)).query(f"{TIME} >= {since_s}")
+        """Return how many persons waited at bus stops since a time [s], with `WAITING_COLUMNS`.
+
+        The table is empty if there have been no persons at all: the first may come late, all may go home.
+        """
+        rows = self._waiting if self._peopled else []
+        return pd.DataFrame(rows, columns=list(WAITING_COLUMNS)).query(f"{TIME} >= {since_s}")
 
     def of(self, vehicle: str) -> Made:
         """Return the figures of the stops of a vehicle."""
@@ -494,11 +500,11 @@ def _summary(
         greens = read_greens(folder.path, **period)
         movements = _movements(assembly, queues, round(duration / step_s), lit=lit, greens=greens)
         folder.write_junctions(movements, **period)
+        waiting = session.stops.waiting(course.begin_s)
+        if len(waiting):
+            folder.write_table(waiting, run_folder.PERSONS_TABLE)
         if len(visits := session.stops.visits(course.begin_s)):
             folder.write_table(visits, run_folder.VISITS_TABLE)
-            waiting = session.stops.waiting(course.begin_s)
-            if len(waiting):
-                folder.write_table(waiting, run_folder.PERSONS_TABLE)
             folder.write_table(
                 compute_stops(visits=visits, waiting=waiting),
                 run_folder.STOPS_TABLE,

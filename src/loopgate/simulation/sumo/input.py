@@ -83,11 +83,17 @@ def _once(kind: VehicleType, scale: float) -> dict[str, str]:
     return {"scale": repr(1.0 / scale)} if scale not in {0.0, 1.0} or "scale" in kind.attributes else {}
 
 
+_PLANS = frozenset({"WAUT", "wautJunction"})
+"""Elements that switch the programs of lights at times of the day."""
+
+
 def without_vehicles(
     files: Sequence[Path],
     holding: Collection[Path],
     folder: Path,
     ordinary: Collection[str] | None = None,
+    *,
+    lights_off: bool = False,
 ) -> tuple[Path, ...]:
     """Return additional files for SUMO; some are copied to `folder` and changed.
 
@@ -102,6 +108,8 @@ def without_vehicles(
     ordinary
         The types of vehicles that no gate drives: rerouters that lead vehicles act on these only. None
         without a gate.
+    lights_off
+        Whether lights are off: no plan then switches them on at a time.
 
     Raises
     ------
@@ -110,14 +118,14 @@ def without_vehicles(
     """
     found = []
     for number, file in enumerate(files, start=1):
-        tags = FLEET if file in holding else frozenset()
+        tags = (FLEET if file in holding else frozenset()) | (_PLANS if lights_off else frozenset())
 
         def gone(one: ET.Element, tags: Collection[str] = tags) -> bool:
             if one.tag == "rerouter" and ordinary is not None:
                 return not for_others(one, ordinary)
             return one.tag in tags
 
-        copied = file in holding or (ordinary is not None and has_leads(file))
+        copied = file in holding or lights_off or (ordinary is not None and has_leads(file))
         found.append(without(file, gone, folder / f"additional{number}.add.xml") if copied else file)
     return tuple(found)
 
