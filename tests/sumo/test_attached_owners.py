@@ -7,10 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import libsumo
+import pandas as pd
 import pytest
 
 import loopgate
 from loopgate.errors import ScenarioError, TrafficError
+from loopgate.replay import make_replay
+from loopgate.report.page import write_report
+from loopgate.runs.results import read_results
+from loopgate.runs.run import read_run
 from loopgate.simulation.attaching.joining_queue import JoiningQueue
 from loopgate.simulation.attaching.plan import Plan
 
@@ -351,3 +356,54 @@ def test_a_list_of_names_gets_the_way_out(gate: loopgate.Attached) -> None:
     """In one line, and nobody is added."""
     with pytest.raises(TrafficError, match=r"found \['v1'\]; of a list: gate\.add\(\*names\)"):
         gate.add(["v1"])  # type: ignore[arg-type]
+
+
+def test_an_attached_gate_leaves_a_run_folder(tmp_path: Path) -> None:
+    """Report and replay read it; figures are the gate's, positions SUMO's; it is not replaced."""
+    network, folder = str(ROOT / "networks" / "grid5-priority.net.xml"), tmp_path / "run"
+    words = ["--no-step-log", "--no-warnings", "--seed", "1"]
+    libsumo.start(["sumo", "-n", network, "-r", str(ROOT / "routes" / "grid5.rou.xml"), *words])
+    for number, vehicle in enumerate((*IDS, "car")):
+        get.add(vehicle, f"loop{number}")
+    there: dict[tuple[float, str], tuple[float, float]] = {}
+    with loopgate.attach(libsumo, folder=folder) as gate:
+        gate.add(*IDS)
+        for _ in range(200):
+            steps(gate, 1)
+            there |= {
+                (libsumo.simulation.getTime() - 1.0, one): get.getPosition(one) for one in get.getIDList()
+            }
+        gate.leave("v0")
+    libsumo.close()
+    made = read_run(folder)
+    assert made.events.to_numpy().tolist() == gate.events.to_numpy().tolist()
+    assert made.vehicles["vehicle"].tolist() == sorted(IDS)
+    assert (
+        made.summary["laps"]
+        == gate.summary["laps"]
+        == made.vehicles["laps"].sum()
+        == made.flow["laps"].sum()
+        > 5
+    )
+    assert made.summary["distance_km"] == pytest.approx(gate.summary["distance_km"], rel=0.05)
+    assert made.summary["audit"] == "not audited"
+    positions = pd.read_csv(folder / "positions.csv.gz", sep=";")
+    told = {
+        (time_s, vehicle): (x, y)
+        for time_s, vehicle, x, y in positions[
+            ["timestep_time", "vehicle_id", "vehicle_x", "vehicle_y"]
+        ].itertuples(index=False)
+    }
+    assert told.keys() == there.keys()
+    assert all(told[key] == pytest.approx(there[key], abs=0.01) for key in told)
+    page = write_report(read_results(folder), tmp_path / "r.html").page.read_text("utf-8")
+    assert "A script of its own steps the simulation" in page
+    assert "audit clean" not in page
+    assert make_replay(folder).write(tmp_path / "p.html").stat().st_size > 10_000
+    libsumo.start(["sumo", "-n", network, *words])
+    with (
+        pytest.raises(ScenarioError, match="it holds the results of a run"),
+        loopgate.attach(libsumo, folder=folder),
+    ):
+        pass
+    libsumo.close()

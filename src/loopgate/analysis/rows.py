@@ -136,6 +136,7 @@ def run_row(
         c.SUMO_VERSION: versions.get("eclipse-sumo"),
     }
     audit = summary.get(c.AUDIT)
+    audit = None if audit == c.NOT_AUDITED else audit
     row[c.AUDIT] = audit if audit is None or isinstance(audit, str) else json.dumps(audit)
     row[c.WARNINGS] = json.dumps(summary.get(c.WARNINGS) or [], ensure_ascii=False)
     row |= _laps(row, events, _begins_s(summary)) | _edges(edges)

@@ -113,6 +113,7 @@ class _Asked:
     """What the scenarios of some runs asked for, in sentences."""
 
     def __init__(self, runs: pd.DataFrame) -> None:
+        self._attached = c.COMMAND in runs and bool((runs[c.COMMAND] == c.OF_AN_OWNER).all())
         texts = runs[c.SCENARIO].dropna().unique() if c.SCENARIO in runs else ()
         self._scenarios: list[dict[str, Any]] = [json.loads(text) for text in texts if text]
 
@@ -133,6 +134,11 @@ class _Asked:
             sentences.append(
                 f"Loops, vehicle types, departures and flows are those of {routes}; a vehicle joins when it "
                 "departs and a place for it is free."
+            )
+        elif self._attached:
+            sentences.append(
+                "A script of its own steps the simulation and says which vehicles come under the gate; the "
+                "route of each is its loop. Figures over time count all vehicles on the road."
             )
         else:
             sentences.append("Loops were searched in the network, and vehicles spread over them at random.")

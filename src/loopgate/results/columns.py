@@ -303,7 +303,11 @@ DECISIONS: Final = _whole("decisions")  # how often the gate was asked
 REFUSALS: Final = _whole("refusals")  # all reasons together
 REFUSAL_REASONS: Final = _text("refusal_reasons")  # JSON, reason: count
 MESSAGES: Final = _number("messages")  # messages between robots, missing where the gate sends none
-AUDIT: Final = _text("audit")  # clean, what the audit found as a JSON list, or not gated
+AUDIT: Final = _text(
+    "audit"
+)  # clean, what the audit found as a JSON list, or not gated; missing if it was not made
+OF_AN_OWNER: Final = "a script with loopgate.attach"  # what COMMAND says of a simulation that was attached to
+NOT_AUDITED: Final = "not audited"  # what a summary says of a gated run that no audit checked
 NOT_GATED: Final = "not gated"  # what AUDIT says of a run without a gate, whose waits nobody measures
 WARNINGS: Final = _text("warnings")  # what the run warned of, such as too few loops; JSON, a list
 LAPLESS: Final = _whole("lapless_vehicles")  # vehicles without a lap in the last half hour that was measured

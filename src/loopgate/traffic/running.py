@@ -72,6 +72,27 @@ class RunningSumo:
         """Return the name of a vehicle's route."""
         return str(self._api.vehicle.getRouteID(vehicle)).lstrip("!")
 
+    def seen(self) -> list[tuple[str, str, str, float, float, float, float, float]]:
+        """Return for each vehicle on the road what SUMO's FCD output has of it.
+
+        Name, type, lane, position on the lane [m], speed [m/s], x, y [m], and direction from north [degrees].
+        """
+        get = self._api.vehicle
+        return [
+            (
+                *(
+                    one,
+                    str(get.getTypeID(one)),
+                    lane,
+                    float(get.getLanePosition(one)),
+                    float(get.getSpeed(one)),
+                ),
+                *(*get.getPosition(one), float(get.getAngle(one))),
+            )
+            for one in get.getIDList()
+            if (lane := str(get.getLaneID(one)))
+        ]
+
     def has(self, vehicle: str, device: str) -> bool:
         """Return whether a vehicle has the SUMO device of this name."""
         return str(self._api.vehicle.getParameter(vehicle, f"has.{device}.device")) == "true"

@@ -1,5 +1,6 @@
 """The function `attach`: puts vehicles of a running SUMO simulation under a gate."""
 
+from pathlib import Path
 from typing import Any
 
 from loopgate.errors import ScenarioError
@@ -14,7 +15,7 @@ from loopgate.traffic.running import RunningSumo
 _LIGHTS = ("obey", "keep")
 
 
-def attach(
+def attach(  # noqa: PLR0913 - what a gate may be told; all but the simulation by name
     sumo: Any,  # noqa: ANN401  neither libsumo nor traci has types
     *,
     gate: object = "certified",
@@ -23,6 +24,8 @@ def attach(
     seed: int = 1,
     starving_s: float = 600.0,
     standing: str = "contain",
+    folder: Path | str | None = None,
+    overwrite: bool = False,
 ) -> Attached:
     """Put vehicles of your running SUMO simulation under a gate.
 
@@ -43,6 +46,11 @@ def attach(
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     standing
         ``contain``: vehicles are led round a blocked place; ``wait``: vehicles wait.
+    folder
+        A run folder to write, for ``loopgate replay`` and ``loopgate report``: events, the positions of all
+        vehicles after each step, and figures; complete when the ``with`` block ends.
+    overwrite
+        Whether an earlier run in `folder` may be replaced.
 
     Returns
     -------
@@ -92,6 +100,8 @@ def attach(
         {"gate": gate_name, "negotiation": negotiation_name, "lights": lights, "seed": seed},
         starving_s=starving_s,
         standing=standing,
+        folder=None if folder is None else Path(folder),
+        overwrite=overwrite,
     )
 
 

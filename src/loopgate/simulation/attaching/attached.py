@@ -3,6 +3,7 @@
 from collections.abc import Set as AbstractSet
 from contextlib import ExitStack, suppress
 from itertools import chain, count, pairwise
+from pathlib import Path
 from random import Random
 from types import TracebackType
 from typing import Any, Self
@@ -21,6 +22,7 @@ from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
+from loopgate.simulation.attaching.kept import Kept
 from loopgate.simulation.attaching.newcomers import Newcomer
 from loopgate.simulation.attaching.watch import Watch
 from loopgate.simulation.settings import highest_limits, why_unsafe
@@ -63,7 +65,13 @@ class Attached:
         *,
         starving_s: float = 600.0,
         standing: str = "contain",
+        folder: Path | None = None,
+        overwrite: bool = False,
     ) -> None:
+        self._keeps, self._overwrite = folder, overwrite
+        self._kept: Kept | None = None
+        self._loop_of: dict[str, Loop] = {}
+        """For each vehicle that was added, its loop."""
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
         self._settings = settings
         self._starving_s, self._standing = starving_s, standing
@@ -124,6 +132,7 @@ class Attached:
         self._entrance.add(newcomers)
         self._ends.update((n.vehicle, self._traffic.route(n.vehicle)[0][-1]) for n in newcomers)
         self._kinds.update((n.vehicle, n.kind) for n in newcomers)
+        self._loop_of.update((n.vehicle, n.loop) for n in newcomers)
 
     @property
     def _known(self) -> AbstractSet[str]:
@@ -242,6 +251,8 @@ class Attached:
             self._entrance.after_step()
             self._check_kinds()
             self._watch.look_for_standstill()
+            if self._kept is not None:
+                self._kept.look()
         except self._sumo.error as error:
             msg = f"at {self._traffic.now_s:g} s SUMO refuses what the gate asks of it: {error}"
             raise TrafficError(msg) from error
@@ -343,6 +354,10 @@ class Attached:
         }
 
     def __enter__(self) -> Self:
+        if self._keeps is not None:
+            of = self._network, self._sumo, self._settings
+            self._kept = Kept(self._keeps, *of, overwrite=self._overwrite)
+            self._stack.enter_context(self._kept.stack)
         self._folder = self._stack.enter_context(temporary_folder())
         self._recorder = EventFeed(self._folder)
         self._stack.callback(self._recorder.close)
@@ -382,3 +397,5 @@ class Attached:
             self._recorder.close()
             self._events = self._recorder.read()
             self._final = final
+            if self._kept is not None and kind is None:
+                self._kept.write(self._events, final, self._fleet.drive, self._loop_of)

@@ -116,11 +116,47 @@ def write_fcd_run(
         )
         with writing(folder / run_folder.SCENARIO):
             scenario.write(folder / run_folder.SCENARIO)
-        summary = _write_tables(folder, scenario, film, course, rows, roads)
+        tallies = [tally(vehicle, film) for vehicle in sorted(film.courses)]
+        of: dict[str, Any] = {"loops": 0, "folder": folder, "warnings": (_UNKNOWN,)}
+        summary = run_folder.summary(scenario, course, tallies, **of)
+        summary |= write_tables(folder, film, course, rows, roads, tallies)
+        summary |= dict.fromkeys(("collisions", "teleports"))  # not known
         words = ["loopgate", "read-fcd", str(file), network, "-o", str(out)]
         summary |= {"command": shlex.join(words), "source": str(file)}
         folder.write_summary(summary)
     return summary
+
+
+class Reel:
+    """Takes frames one after the other: writes positions, and collects the rows of the flow table.
+
+    `table` is the file of positions; `begin_s` when the first interval of the flow begins [s].
+    """
+
+    def __init__(self, film: Film, table: IO[str], begin_s: float) -> None:
+        self._film, self._table = film, table
+        self.rows: list[Row] = []
+        self._next_s, self._still, self._steps, self._before_m = begin_s + FLOW_EVERY_S, 0, 0, 0.0
+        table.write(";".join(("timestep_time", *(f"vehicle_{name}" for name in ATTRIBUTES))) + "\n")
+
+    def take(self, time_s: float, vehicles: Sequence[SeenVehicle]) -> list[tuple[str, str]]:
+        """Take a frame; return the edges that vehicles have entered, each with its vehicle."""
+        film = self._film
+        entered = film.show(time_s, vehicles)
+        for one in vehicles:
+            driven = film.courses[one.vehicle].driven_m
+            place = f"{one.lane};{one.pos_m:.2f};{one.speed_mps:.2f};{driven:.2f}"
+            self._table.write(
+                f"{time_s:.2f};{one.vehicle};{place};{one.x_m:.2f};{one.y_m:.2f};{one.angle_deg:.2f}\n"
+            )
+        self._still, self._steps = self._still + film.standing(), self._steps + 1
+        if film.now_s >= self._next_s:
+            self._next_s += FLOW_EVERY_S
+            driven_m = film.driven_m()
+            mean = self._still / self._steps
+            self.rows.append((film.now_s, len(vehicles), mean, driven_m - self._before_m, 0))
+            self._still, self._steps, self._before_m = 0, 0, driven_m
+        return entered
 
 
 def _play(
@@ -134,33 +170,20 @@ def _play(
     deadlock_after_s: float,
 ) -> list[Row]:
     """Play all frames; record entered edges, positions and deadlocks; return the rows of the flow table."""
-    names = ("timestep_time", *(f"vehicle_{name}" for name in ATTRIBUTES))
-    table.write(";".join(names) + "\n")
-    rows: list[Row] = []
-    next_s, still, steps, before_m = course.begin_s + FLOW_EVERY_S, 0, 0, 0.0
+    reel = Reel(film, table, course.begin_s)
     for time_s, vehicles in frames:
-        for vehicle, edge in film.show(time_s, vehicles):
+        known = len(reel.rows)
+        for vehicle, edge in reel.take(time_s, vehicles):
             recorder.note(film.now_s, vehicle, Event.EDGE, edge)
-        for one in vehicles:
-            driven = film.courses[one.vehicle].driven_m
-            place = f"{one.lane};{one.pos_m:.2f};{one.speed_mps:.2f};{driven:.2f}"
-            table.write(
-                f"{time_s:.2f};{one.vehicle};{place};{one.x_m:.2f};{one.y_m:.2f};{one.angle_deg:.2f}\n"
-            )
-        still, steps = still + film.standing(), steps + 1
-        if film.now_s < next_s:
+        if len(reel.rows) == known:
             continue
-        next_s += FLOW_EVERY_S
-        driven_m = film.driven_m()
-        rows.append((film.now_s, len(vehicles), still / steps, driven_m - before_m, 0))
-        still, steps, before_m = 0, 0, driven_m
         tell(int(film.now_s - course.begin_s))
         deadlock = detector.check()
         if deadlock is not None:  # what follows is known, so it counts from when it had lasted long enough
             told_s = min(deadlock.noticed_at_s, deadlock.closed_at_s + deadlock_after_s)
             note_deadlock(replace(deadlock, noticed_at_s=told_s), course, recorder)
     course.roots = detector.roots()
-    return rows
+    return reel.rows
 
 
 def _checked(frames: Iterable[Frame], file: Path, roads: RoadNetwork, step_s: float) -> Iterator[Frame]:
@@ -223,12 +246,17 @@ def _check_place(one: SeenVehicle, file: Path, roads: RoadNetwork) -> None:
         raise ResultsError(msg)
 
 
-def _write_tables(
-    folder: Folder, scenario: Scenario, film: Film, course: RunCourse, rows: list[Row], roads: RoadNetwork
+def write_tables(
+    folder: Folder,
+    film: Film,
+    course: RunCourse,
+    rows: list[Row],
+    roads: RoadNetwork,
+    tallies: Sequence[Tally],
 ) -> dict[str, Any]:
+    """Write the tables of a film and of the events of its folder; return the figures of streets."""
     period = {"begin_s": course.begin_s, "end_s": course.end_s, "since_s": course.begin_s}
     folder.write_table(flow_table(rows), run_folder.FLOW)
-    tallies = [_tally(vehicle, film) for vehicle in sorted(film.courses)]
     folder.write_vehicles(tallies)
     events = read_events(folder / run_folder.EVENTS, (Event.EDGE,))
     visited = [roads.edges[name] for name in sorted(set(events["place"])) if name in roads.edges]
@@ -247,13 +275,12 @@ def _write_tables(
     watched[SHAPE] = [shape_text(edge) for edge in records]
     watched = watched[list(STREET_COLUMNS)]
     folder.write_table(watched, STREETS)
-    figures = run_folder.summary(scenario, course, tallies, loops=0, folder=folder, warnings=(_UNKNOWN,))
-    figures |= dict.fromkeys(("collisions", "teleports"))  # not known
-    figures |= monitoring_figures(edges, None) | {BEGINS: round(course.begin_s, 3)}
+    figures = monitoring_figures(edges, None) | {BEGINS: round(course.begin_s, 3)}
     return figures | {"watch": watch_figures(watched, bound_s=inf)}
 
 
-def _tally(vehicle: str, film: Film) -> Tally:
+def tally(vehicle: str, film: Film) -> Tally:
+    """Return the row of a vehicle, without a loop."""
     course = film.courses[vehicle]
     return Tally(
         vehicle=vehicle,
