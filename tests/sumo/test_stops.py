@@ -437,3 +437,22 @@ def test_buses_as_gtfs2pt_writes_them(tmp_path: Path) -> None:
     assert visits["went_on_s"].sub(visits["due_s"]).abs().le(1.0).all()
     with pytest.raises(NobodyGatedError, match=r"2 vehicles, first line0.0: the stop at s2 .*--move-stops"):
         run(tmp_path, *files)
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_a_vehicle_with_a_timetable_departs_where_its_route_begins(gate: str, tmp_path: Path) -> None:
+    """Also one that is there when the run begins: its first stop is the first of its timetable, in time."""
+    (tmp_path / "line.rou.xml").write_text(
+        '<routes><route id="a" edges="B2C2 C2C1 C1B1 B1B2" cycleTime="300">'
+        '<stop lane="B2C2_0" endPos="60" duration="5" until="40"/>'
+        '<stop lane="C1B1_0" endPos="60" duration="5" until="120"/></route>'
+        '<flow id="x" route="a" begin="0" period="300" number="1"/></routes>',
+        encoding="utf-8",
+    )
+    network = str(Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml")
+    routes = str(tmp_path / "line.rou.xml")
+    simulate(Scenario(network=network, routes=routes, gate=gate, duration_s=900), tmp_path / "run")
+    visits = pd.read_parquet(tmp_path / "run" / "visits.parquet")
+    assert len(visits) >= 5
+    assert (visits["went_on_s"] - visits["due_s"]).max() < 20.0
+    assert visits[visits["vehicle"] == "x.0"]["due_s"].tolist()[:3] == [40.0, 120.0, 340.0]

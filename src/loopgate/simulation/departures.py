@@ -203,13 +203,16 @@ class UngatedDepartures(Departures):
         super().__init__(departures)
         self._traffic, self._driving = traffic, driving
         self._starts = {one.vehicle: one for one in departures}
+        self._fresh = traffic.vehicles
+        """Returns who may have departed; at first everybody, since steps were made before the first look."""
 
     def look(self) -> None:
         """Add the vehicles that SUMO has inserted in the last step."""
         if len(self.departed_s) == len(self._starts):
             return
         tracks: list[Track] = []
-        for vehicle in self._traffic.departed():
+        fresh, self._fresh = self._fresh(), self._traffic.departed
+        for vehicle in fresh:
             start = self._starts.get(vehicle)
             if start is None or vehicle in self.departed_s:
                 continue

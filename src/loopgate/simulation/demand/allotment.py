@@ -122,8 +122,15 @@ def by_departure(
         msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
         raise ScenarioError(msg)
     begin_s = begins_s(scenario, file)
+    # Times of a timetable count from where the route begins, so such a vehicle departs there.
+    timed = {
+        v.id: replace(v, depart_s=max(v.depart_s, begin_s))
+        for v in vehicles
+        if scenario.abstraction == "queues" and any(stop.until_s is not None for stop in v.stops)
+    }
     later = sorted(
-        (v for v in vehicles if v.depart_s > begin_s or not v.loop.closed), key=lambda v: v.depart_s
+        (timed.get(v.id, v) for v in vehicles if v.depart_s > begin_s or not v.loop.closed or v.id in timed),
+        key=lambda v: v.depart_s,
     )
     once = next((v for v in later if not v.loop.closed), None)
     if once is not None and scenario.abstraction != "queues":
