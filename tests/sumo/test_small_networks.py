@@ -5,7 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from made_networks import netgenerate
 
+from loopgate.abstraction.queue_layout import lay_out_queues
+from loopgate.errors import RefusedLoopError
+from loopgate.network import RoadNetwork
+from loopgate.network.vehicle_type import type_of_class
+from loopgate.simulation.demand.allotment import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -60,3 +66,17 @@ def test_gates_without_foresight_lock_up(network: str, gate: str, fewest: int) -
 def test_one_step_is_enough_for_a_plain_circle() -> None:
     """ring3 has no deadlock of higher order."""
     assert simulate(small("ring3", "one-step", 1800))["outcome"] == "done"
+
+
+def test_random_loops_work_for_the_types_that_drive_on_them(tmp_path: Path) -> None:
+    """Cars can drive on all that are made for cars; trailers of 16.5 m need longer places."""
+    blocks = "--grid --grid.number 4 --grid.length 90 --lefthand --default.lanenumber 2"
+    lanes = "--turn-lanes 1 --turn-lanes.length 30 --default-junction-type traffic_light"
+    roads = RoadNetwork.open(netgenerate(f"{blocks} {lanes}", tmp_path / "n.net.xml"))
+    trailer = type_of_class("trailer", "types")
+    cars = random_loops(Scenario(network="n"), roads, 12)
+    with pytest.raises(RefusedLoopError):
+        lay_out_queues(roads, [(loop, trailer) for loop in cars.loops])
+    found = random_loops(Scenario(network="n", types="passenger=3,trailer=1"), roads, 12)
+    assert len(found.loops) == 12
+    lay_out_queues(roads, [(loop, trailer) for loop in found.loops])

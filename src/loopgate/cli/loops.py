@@ -263,7 +263,7 @@ def _random_loops(wish: LoopsWish) -> None:
         options["via"] = over
         with show_progress("loops", total=count) as report:
             if wish.max_shared is None:
-                found = loops_for_queues(roads, count, kind=kind, progress=report, **options)
+                found = loops_for_queues(roads, count, kinds=(kind,), progress=report, **options)
             else:  # a bound for segments, on which other loops work than on queues
                 found = find_loops(roads, count, progress=report, **options)
         known = len(found_loops)

@@ -219,7 +219,7 @@ def random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> FoundL
     if not network.content:
         return _random_loops(scenario, network, count)
     wanted = (scenario.abstraction, scenario.loop_length_m, scenario.loops_seed, scenario.u_turns)
-    bound = (scenario.max_shared, scenario.rho_m)
+    bound = (scenario.max_shared, scenario.rho_m, scenario.types)
     # Messages name the network as it was asked for.
     key = (network.content, network.name, count, *wanted, *bound)
     return _KEPT.get(key, lambda: _random_loops(scenario, network, count))
@@ -236,6 +236,7 @@ def _random_loops(scenario: Scenario, network: RoadNetwork, count: int) -> Found
             length_m=scenario.loop_length_m,
             seed=scenario.loops_seed,
             u_turns=scenario.u_turns,
+            kinds=tuple(_kinds(scenario, {}).values()) or (DEFAULT_TYPE,),
         )
     sharing = SharingBound(network, scenario.max_shared, rho_m=scenario.rho_m)
     return find_loops(
@@ -252,11 +253,11 @@ def loops_for_queues(
     network: RoadNetwork,
     count: int,
     *,
-    kind: VehicleType = DEFAULT_TYPE,
+    kinds: Sequence[VehicleType] = (DEFAULT_TYPE,),
     progress: Callable[[int], None] | None = None,
     **options: Unpack[LoopOptions],
 ) -> FoundLoops:
-    """Find `count` loops that can be cut into queues for vehicles of a type `kind`, also all together.
+    """Find `count` loops that can be cut into queues for vehicles of some types; together, for the longest.
 
     Raises
     ------
@@ -267,13 +268,14 @@ def loops_for_queues(
 
     def works(loop: Loop) -> bool:
         try:
-            refusal = why_not(network, loop, kind)
+            refusal = next((no for kind in kinds if (no := why_not(network, loop, kind))), None)
         except LoopgateError as error:
             refusal = LoopRefusal(f"cannot be laid out: {error}")
         if refusal:
             refused.append(refusal.reason)
         return not refusal
 
+    longest = max(kinds, key=lambda kind: kind.needed_m)
     wishes: LoopOptions = {**options, "admits": works}
     search = LoopSearch(network, count, **wishes)
     loops: list[Loop] = []
@@ -282,7 +284,7 @@ def loops_for_queues(
         if progress:
             progress(len(loops))
     spare = count
-    while (error := _not_together(network, loops, kind)) is not None:
+    while (error := _not_together(network, loops, longest)) is not None:
         refused.append(error.refused[error.loop].reason)
         loops = [loop for loop in loops if loop.id != error.loop]
         # Each new loop can make other loops fail in turn, so the number of tries is limited.
@@ -383,8 +385,7 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
     RouteError
         If a name is neither.
     """
-    shares = parse_amounts(scenario.types)
-    kinds = {name: known.get(name) or type_of_class(name, "types") for name in shares}
+    shares, kinds = parse_amounts(scenario.types), _kinds(scenario, known)
     total = sum(shares.values())
     given = dict.fromkeys(shares, 0)
     chosen = []
@@ -393,6 +394,11 @@ def mixed_types(scenario: Scenario, known: Mapping[str, VehicleType], number: in
         given[name] += 1
         chosen.append(kinds[name])
     return chosen
+
+
+def _kinds(scenario: Scenario, known: Mapping[str, VehicleType]) -> dict[str, VehicleType]:
+    """Return the types that a scenario names: those `known` of a route file, or SUMO's classes."""
+    return {name: known.get(name) or type_of_class(name, "types") for name in parse_amounts(scenario.types)}
 
 
 def evenly_round(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
