@@ -100,7 +100,8 @@ def test_a_near_miss_gets_the_way_out(words: str, hint: str) -> None:
 def test_times_are_read_as_people_write_them() -> None:
     """Seconds, SUMO's clock, and with a unit."""
     (duration,) = (param for param in run.params if param.name == "duration_s")
-    for text, time_s in {"600": 600.0, "10min": 600.0, "0:10:00": 600.0, "1.5h": 5400.0, "90s": 90.0}.items():
+    units = {"10min": 600.0, "1.5h": 5400.0, "90s": 90.0, "2h30min": 9000.0, "1h 5s": 3605.0}
+    for text, time_s in {"600": 600.0, "0:10:00": 600.0, **units}.items():
         assert duration.type.convert(text, duration, None) == time_s
     (begin,) = (param for param in run.params if param.name == "begin_s")
     for text, time_s in {"9:30": 34200.0, "9:30:15": 34215.0, "60": 60.0, "1.5h": 5400.0}.items():

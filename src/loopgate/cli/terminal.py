@@ -4,6 +4,7 @@ import ctypes
 import json
 import math
 import os
+import re
 import signal
 import sys
 import threading
@@ -119,12 +120,14 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-_UNITS_S = {"s": 1.0, "min": 60.0, "h": 3600.0}
+_UNITS_S = 3600.0, 60.0, 1.0
 _OF_DAY = {"begin_s", "first_s"}
+_IN_PARTS = re.compile(r"(?:([\d.]+)h)?\s*(?:([\d.]+)min)?\s*(?:([\d.]+)s)?")
+"""``2h30min``: hours, minutes, seconds."""
 
 
 class Time(click.ParamType[float]):
-    """A time: seconds, ``h:m:s`` as in SUMO, or with a unit, as ``10min``; a begin may be ``9:30``."""
+    """A time: seconds, ``h:m:s`` as in SUMO, or with units, as ``2h30min``; a begin may be ``9:30``."""
 
     name = "time"
 
@@ -136,11 +139,13 @@ class Time(click.ParamType[float]):
         text = str(value).strip()
         with suppress(ValueError):
             return float(text)
-        unit = next((unit for unit in ("min", "h", "s") if text.endswith(unit)), "")
         begins = param is not None and param.name in _OF_DAY
-        read = time_of_day if begins and not unit else seconds
+        found = _IN_PARTS.fullmatch(text) if text else None
         try:
-            return read(text.removesuffix(unit)) * _UNITS_S.get(unit, 1.0)
+            if found:
+                parts = zip(found.groups("0"), _UNITS_S, strict=True)
+                return sum(float(much) * unit_s for much, unit_s in parts)
+            return time_of_day(text) if begins else seconds(text)
         except ValueError:
             ways = "h:m, h:m:s or seconds" if begins else "seconds, h:m:s, 10min or 1.5h"
             self.fail(f"{text!r} is no time; write {ways}", param, ctx)

@@ -292,8 +292,18 @@ def _starving(summary: Summary) -> Rows:
         return []
     most = max(sinks, key=lambda sink: len(sink["vehicles"]))
     count = len({vehicle for sink in sinks for vehicle in sink["vehicles"]})
-    behind = f"behind {most['behind']} on {most['lane']}" if most["behind"] else "at gates"
-    text = f"{count} vehicles, {len(most['vehicles'])} {behind} ({most['why']})"
+    first = most["behind"] in most["vehicles"]  # it waits itself, and is the first of those that do
+    behind = (
+        f"{'with' if first else 'behind'} {most['behind']} on {most['lane']}"
+        if most["behind"]
+        else "at gates"
+    )
+    who = (
+        f", {len(most['vehicles'])} {behind}"
+        if count > 1 or not first
+        else f", {most['behind']} on {most['lane']}"
+    )
+    text = f"{counted(count, 'vehicle')}{who} ({most['why']})"
     return [("starving", f"{text}, noticed at {most['noticed_s']:.0f} s")]
 
 

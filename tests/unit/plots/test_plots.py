@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from loopgate.analysis import compute_mean, compute_survival
+from loopgate.analysis import compute_flow, compute_mean, compute_survival
 from loopgate.plots import figure_svg, plot_edges, plot_flow, plot_mean, plot_ranked, plot_survival
 from loopgate.plots.charts import Chart
 from loopgate.plots.course import OVER_TIME
@@ -140,3 +140,11 @@ def test_ticks_on_times_of_day_are_at_full_quarters() -> None:
     over = pd.DataFrame(0.0, index=range(2), columns=list(OVER_TIME)).assign(time_s=[34260.0, 41400.0])
     panel = plot_flow(over, clock=True).to_dict()["vconcat"][0]["layer"][0]
     assert panel["encoding"]["x"]["axis"]["values"] == [900 * quarter for quarter in range(39, 47)]
+
+
+def test_where_nobody_drives_rounds_there_is_no_panel_of_laps() -> None:
+    """As of FCD; with one lap it is there."""
+    flow = pd.DataFrame({"time_s": [60.0, 120.0], "vehicles": 4, "standing": [0, 2], "distance_m": 400.0})
+    for laps, panels in ((0, 3), (1, 4)):
+        made = compute_flow(flow=flow.assign(laps=laps), every_s=60)
+        assert len(plot_flow(made).to_dict()["vconcat"]) == panels
