@@ -144,7 +144,7 @@ def test_ticks_on_times_of_day_are_at_full_quarters() -> None:
 
 def test_where_nobody_drives_rounds_there_is_no_panel_of_laps() -> None:
     """As of FCD; with one lap it is there."""
-    flow = pd.DataFrame({"time_s": [60.0, 120.0], "vehicles": 4, "standing": [0, 2], "distance_m": 400.0})
+    flow = pd.DataFrame({"time_s": [10.0, 20.0], "vehicles": 4, "standing": [0, 2], "distance_m": 400.0})
     for laps, panels in ((0, 3), (1, 4)):
-        made = compute_flow(flow=flow.assign(laps=laps), every_s=60)
+        made = compute_flow(flow=flow.assign(laps=laps), every_s=10)
         assert len(plot_flow(made).to_dict()["vconcat"]) == panels
