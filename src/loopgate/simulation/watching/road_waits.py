@@ -122,9 +122,9 @@ class RoadWaits:
     Two arguments give sets.
 
     - *Bodies.* A vehicle cannot drive through another. So it waits for its leader, if that is near; before a
-      junction, for whoever leaves no space beyond it, or is inside on a way that crosses its own; inside,
-      for whoever stands on the rest of its way, or goes first there by right of way. If it can change lanes
-      or choose a movement, all of these must be blocked, so a set takes one vehicle from each.
+      junction, for whoever leaves no space beyond it, is inside on a way that crosses its own, or joins it
+      first by right of way; inside, for whoever stands on the rest of its way. If it can change lanes or
+      choose a movement, all of these must be blocked, so a set takes one vehicle from each.
     - *Nothing changes.* What a driver does depends on what is around. If a vehicle has stood while all around
       it stood, it stands until one of them moves. So everybody around is a set. Two things change by
       themselves: lights, and the patience of drivers. So this set counts only when the vehicle has stood
@@ -500,11 +500,13 @@ class RoadWaits:
         if path is not None:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
             # A driver drives up to a body across its way, also into a junction.
-            path = _part(path, begin_m, begin_m + gap_m + _CREEP_M / 2)
+            # From half way over it, it looks at all that is left.
+            ahead_m = path.length if inside and len(via) > 1 else gap_m + _CREEP_M / 2
+            path = _part(path, begin_m, begin_m + ahead_m)
             left_m = over_m if inside else self._way_m(way) + self._left_m(lane, front_m)
             found += self._across(vehicle, way, path, left_m, inside=inside)
-        if inside and len(via) > 1:
-            found += self._lets_pass(way, via[1:])
+            if not inside and way.signal is None:
+                found += self._joins_first(vehicle, way, left_m)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
 
     def _without_space(self, vehicle: str, way: Connection, needs_m: float) -> list[str]:
@@ -611,25 +613,21 @@ class RoadWaits:
                         found.append(one.vehicle)
         return found
 
-    def _lets_pass(self, way: Connection, over: tuple[str, ...]) -> Iterator[str]:
-        """Yield the vehicles inside for which a driver waits half way over a junction, where others go first.
+    def _joins_first(self, vehicle: str, way: Connection, left_m: float) -> Iterator[str]:
+        """Yield the vehicles inside that join the way of a vehicle before it, so near that it cannot go on.
 
-        `over`: the lanes behind the point where it waits. Those with the right of way count that are on a
-        lane that crosses these, and not past them yet, however far that is.
+        They have the right of way. `left_m`: how far it is from the vehicle to the end of its movement [m].
         """
-        path, half_m = self._line(over), self._network.lanes[over[0]].width_m / 2.0
-        goes_first = (
-            self._network.junctions[way.junction].yields_to[way.link] if way.link >= 0 else frozenset()
-        )
+        if way.link < 0:
+            return
+        goes_first = self._network.junctions[way.junction].yields_to[way.link]
+        gap_m = self._road.size(vehicle)[1] + _TOUCHING_M
         for other in self._at[way.junction]:
-            if path is None or other.link not in goes_first or other.from_id == way.from_id:
-                continue
-            for lane in other.via:
-                line, length_m = self._line((lane,)), self._network.lanes[lane].length_m
-                for one in self._bodies.get(lane, ()):
-                    if line is not None and one.rear_m < length_m:
-                        scale = line.length / max(1e-6, length_m)
-                        if _part(line, one.rear_m * scale, line.length).distance(path) < half_m:
+            if other.link in goes_first and other.to_id == way.to_id and other.from_id != way.from_id:
+                for lane in other.via:
+                    for one in self._fronts.get(lane, ()):
+                        front_m = self._left_over(other, lane, one)
+                        if front_m <= left_m <= front_m + one.front_m - one.rear_m + gap_m:
                             yield one.vehicle
 
     def _is_past(self, one: Occupant, lane: str, on_exit: bool) -> bool:  # noqa: FBT001  of the lane

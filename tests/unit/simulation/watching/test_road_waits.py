@@ -148,19 +148,36 @@ def test_inside_a_junction_a_vehicle_waits_for_bodies_on_the_rest_of_its_way(
 @pytest.mark.parametrize(
     ("other", "sets"),
     [
-        ((ONCOMING.via[0], 1.0), [["b"]]),
-        ((ONCOMING.via[0], 12.0), [["b"]]),  # its rear is before the crossing of their ways
+        ((ONCOMING.via[0], 9.0), [["b"]]),  # it stands across the way, far from where the other waits
+        ((ONCOMING.via[0], 3.0), []),
         (("C2C3_0", 6.0), []),
-        ((NETWORK.between("C1C2", "C2B2")[0].via[0], 1.0), []),  # that one has to let it pass
         (("C1C2_0", END_M - 1.0), []),  # who only comes may never come
     ],
 )
-def test_half_way_over_a_junction_a_vehicle_lets_those_inside_pass_first(
+def test_half_way_over_a_junction_a_vehicle_waits_for_bodies_on_all_that_is_left(
     other: tuple[str, float], sets: list[list[str]]
 ) -> None:
-    """However far they are from it, as long as they have the right of way and are not past its way."""
+    """It has to stay where it is until its way is free, and does not drive up to them."""
     at = {"a": (LEFT.via[0], NETWORK.lanes[LEFT.via[0]].length_m - 0.1), "b": other}
     edges: dict[str, tuple[str, list[str] | None]] = {"a": ("C3C2", ["C2D2"]), "b": ("C1C2", ["C2C3"])}
+    assert Scene(at, edges).sets() == sets
+
+
+@pytest.mark.parametrize(
+    ("mine", "its", "front_m", "sets"),
+    [
+        ("B2C2", "C1C2", 1.0, [["b"]]),
+        ("B2C2", "C1C2", 6.0, []),  # there is space behind it
+        ("C1C2", "B2C2", 5.5, []),  # the other goes first
+    ],
+)
+def test_who_joins_a_way_first_keeps_a_vehicle_before_the_junction(
+    mine: str, its: str, front_m: float, sets: list[list[str]]
+) -> None:
+    """By right of way, and as long as it is in the way where their ways join."""
+    (joins,) = NETWORK.between(its, "C2D2")
+    at = {"a": (f"{mine}_0", END_M - 0.1), "b": (joins.via[0], front_m)}
+    edges: dict[str, tuple[str, list[str] | None]] = {"a": ("", ["C2D2"]), "b": (its, ["C2D2"])}
     assert Scene(at, edges).sets() == sets
 
 
