@@ -618,9 +618,10 @@ class RoadWaits:
 
         They have the right of way. `left_m`: how far it is from the vehicle to the end of its movement [m].
         """
-        if way.link < 0:
-            return
-        goes_first = self._network.junctions[way.junction].yields_to[way.link]
+        yields_to = self._network.junctions[
+            way.junction
+        ].yields_to  # nothing at junctions without right of way
+        goes_first = yields_to[way.link] if 0 <= way.link < len(yields_to) else frozenset()
         gap_m = self._road.size(vehicle)[1] + _TOUCHING_M
         for other in self._at[way.junction]:
             if other.link in goes_first and other.to_id == way.to_id and other.from_id != way.from_id:
