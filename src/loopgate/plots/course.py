@@ -156,7 +156,7 @@ def plot_ranked(
         .mark_bar()
         .encode(
             x=alt.X(f"{value}:Q", title=label or heading(value), axis=alt.Axis(labelExpr=NUMBER)),
-            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=260, labelOverlap=False)),
+            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=330, labelOverlap=False)),
             tooltip=tooltip(*fields),
         )
     )
