@@ -171,7 +171,9 @@ QUEUE: Final = (
 QUEUE_95: Final = "queue_95"  # no more than so many stood in 95 % of the time
 QUEUE_MOST: Final = "queue_longest"  # most that stood at a time
 LOST: Final = "lost_h"  # vehicle-hours of delay, all vehicles together
-GREEN_USED: Final = "green_used"  # share of green, at 2 s of a lane a vehicle; NaN if no light changes
+GREEN_USED: Final = (
+    "green_used"  # share of green used by vehicles on paths, at 2 s each; NaN if no light changes
+)
 MOVEMENT: Final = "movement"  # from which edge to which, by the names of the streets where they have names
 WAITED_FOR: Final = {
     cause: f"waited_{cause}_s" for cause in _CAUSES

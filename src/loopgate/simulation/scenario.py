@@ -304,8 +304,8 @@ class Scenario:
     on_loops
         Instead of `vehicles`: number on each loop, ``loop0=3,loop4=1``; the other loops have none.
     types
-        Vehicle types of the route file, or SUMO's vehicle classes, with their shares: ``bus=1,car=4``. Empty
-        for the types of the loops in the route file, or cars.
+        Vehicle types of the route file, or SUMO's vehicle classes, with their shares: ``bus=1,passenger=4``.
+        Empty for the types of the loops in the route file, or cars.
     drivers
         ``human``: SUMO's drivers by their vehicle types. ``machine``: no dawdling, no spread of speeds, and a
         headway of half a second or a step, also under ``open``.
@@ -430,7 +430,7 @@ class Scenario:
         amounts(whole_only=False),
         Option(
             "Vehicles",
-            "Vehicle types and their shares: bus=1,car=4. Types of the route file, or SUMO's classes.",
+            "Vehicle types and their shares: bus=1,passenger=4. Types of the route file, or SUMO's classes.",
         ),
     ] = ""
     drivers: Annotated[
