@@ -8,7 +8,7 @@ Cosmic Ray lists the mutations: operators, comparisons, numbers, conditions, loo
 drawn first and one of its mutations then, since an operator has ten of them and a condition has one. Each
 mutant is tried in a copy of the tree, in a forked process, by the tests that run its line, the quick ones
 first, until one fails. A test that takes ten times its processor time has failed. What is found is in
-`out/mutants` (`results.jsonl`); `analysis/mutants.toml` says of survivors why they survive.
+`out/mutants` (`results.jsonl`); `analysis/tables/mutants.toml` says of survivors why they survive.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ import pytest
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 TOOLS: Final = ("cosmic-ray>=8.7,<9", "coverage>=7.6,<8")
-EXPLAINED: Final = Path(__file__).with_suffix(".toml")
+EXPLAINED: Final = Path(__file__).parent / "tables" / "mutants.toml"
 CONTROL: Final = sorted((ROOT / "src" / "loopgate" / "control").glob("*.py"))
 BROKEN: Final = (
     *(file.relative_to(ROOT) for file in CONTROL),
