@@ -211,6 +211,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 _FOUND_LATER = {"studies": 0.2, "proofs": 0.2, "reference": 0.3, "options.md": 0.3, "attributes.md": 0.5}
+_FOUND_LATER |= {"recipes.md": 0.5, "gallery.md": 0.5}
 """Folders and pages that have every word; the search shows them behind the pages that answer."""
 
 

@@ -111,6 +111,10 @@ def plot_flow(
     return finish(alt.vconcat(*panels, data=data(flow), spacing=8))  # type: ignore[no-any-return]
 
 
+_NAMES = alt.Axis(labelLimit=alt.ExprRef("containerSize()[0] < 500 ? 240 : 330"), labelOverlap=False)
+"""The names of bars, whole; on a narrow page the bars need room too."""
+
+
 def plot_ranked(
     table: pd.DataFrame,
     *,
@@ -156,7 +160,7 @@ def plot_ranked(
         .mark_bar()
         .encode(
             x=alt.X(f"{value}:Q", title=label or heading(value), axis=alt.Axis(labelExpr=NUMBER)),
-            y=alt.Y(f"{of}:N", title=None, sort=order, axis=alt.Axis(labelLimit=330, labelOverlap=False)),
+            y=alt.Y(f"{of}:N", title=None, sort=order, axis=_NAMES),
             tooltip=tooltip(*fields),
         )
     )
