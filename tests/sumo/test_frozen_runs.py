@@ -19,6 +19,7 @@ from typing import Any, Final
 import pytest
 from heart import draw_trips
 from made_networks import netgenerate, small_roundabout, two_rings_of_road
+from stopping import loops_with_stops
 
 from loopgate.network import RoadNetwork, generate_loops
 from loopgate.results.recorder import read_events
@@ -210,16 +211,7 @@ def write_trips(folder: Path, network: RoadNetwork) -> None:
 
 def write_stops(folder: Path, network: RoadNetwork) -> None:
     """Write loops with stops on every third road, and a flow of vehicles that park among others."""
-    draw, lines = Random(3), []
-    for number, loop in enumerate(generate_loops(network, 10, length_m=(500.0, 1500.0))):
-        stops = ""
-        for edge in loop.edges[::3]:
-            end_m, duration_s = draw.uniform(8.0, 79.0), draw.choice((5, 12, 25))
-            stops += (
-                f'<stop lane="{edge}_0" startPos="{end_m - 2}" endPos="{end_m}" duration="{duration_s}"/>'
-            )
-        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
-        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
+    lines = loops_with_stops(generate_loops(network, 10, length_m=(500.0, 1500.0)))
     ring = 'edges="B2C2 C2C1 C1B1 B1B2"'
     lines += [
         f'<route id="long" {ring}><stop parkingArea="yard" duration="100"/></route>',

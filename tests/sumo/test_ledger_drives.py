@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from random import Random
 from typing import Any
 
 import heart  # in analysis/
 import pytest
+from stopping import loops_with_stops
 
 from loopgate.control import ledger, steering
 from loopgate.control.places import Vehicle
@@ -194,18 +194,8 @@ def stopping(folder: Path, routes: str, places: str = "", duration_s: float = 40
 
 def test_vehicles_stop_all_over_a_busy_grid(tmp_path: Path) -> None:
     """They drive 96.5 km and stop 354 times."""
-    loops, draw = generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0)), Random(3)
-    lines = []
-    for number, loop in enumerate(loops):
-        stops = ""
-        for edge in loop.edges[::3]:
-            end_m, duration_s = draw.uniform(8.0, 79.0), draw.choice((5, 12, 25))
-            stops += (
-                f'<stop lane="{edge}_0" startPos="{end_m - 2}" endPos="{end_m}" duration="{duration_s}"/>'
-            )
-        lines.append(f'<route id="{loop.id}" edges="{" ".join(loop.edges)}">{stops}</route>')
-        lines += [f'<vehicle id="s{number}.{k}" route="{loop.id}" depart="0"/>' for k in range(4)]
-    driven = stopping(tmp_path, "".join(lines))
+    loops = generate_loops(RoadNetwork.open(str(GRID)), 14, length_m=(500.0, 1500.0))
+    driven = stopping(tmp_path, "".join(loops_with_stops(loops)))
     assert driven.findings == []
     assert (driven.collisions, driven.trespasses, driven.free_to_go, driven.missed) == (0, 0, 0, 0)
     assert driven.km == pytest.approx(96.5, rel=0.02)

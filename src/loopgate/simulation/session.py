@@ -49,7 +49,7 @@ from loopgate.simulation.monitoring import monitoring_figures, note_unwatched, s
 from loopgate.simulation.rerouting import Rerouting
 from loopgate.simulation.run_folder import Folder, Tally
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.sumo.greens import read_greens
+from loopgate.simulation.sumo.greens import take_greens
 from loopgate.simulation.sumo.start import TRIPS
 from loopgate.simulation.watching.deadlock_detector import DeadlockDetector
 from loopgate.simulation.watching.flow import Row, flow_table, loop_table, with_last_parts
@@ -497,7 +497,7 @@ def _summary(
         edges = folder.write_edges(list(rows.values()), since_s=assembly.begin_s, **period)
         watch = write_streets(scenario, assembly, tallies, folder, **period)
         lit = scenario.rule_for_lights == "obey" or not scenario.gated
-        greens = read_greens(folder.path, **period)
+        greens = take_greens(folder.path, **period)
         movements = _movements(assembly, queues, round(duration / step_s), lit=lit, greens=greens)
         folder.write_junctions(movements, **period)
         waiting = session.stops.waiting(course.begin_s)

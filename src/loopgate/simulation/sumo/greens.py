@@ -26,7 +26,7 @@ def ask_for_greens(loops: Iterable[Loop], folder: Path) -> tuple[Path, ...]:
     return (folder / _REQUEST,)
 
 
-def read_greens(folder: Path, begin_s: float, end_s: float) -> dict[tuple[str, str], float]:
+def take_greens(folder: Path, begin_s: float, end_s: float) -> dict[tuple[str, str], float]:
     """Return the green time of each movement in a period [lane s], by its two edges; both files then go.
 
     Each lane of the movement counts, and each green that has ended: SUMO writes it then.
