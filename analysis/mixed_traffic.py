@@ -4,17 +4,21 @@ The benchmark is that of arXiv 2501.16728 (repository xiaochy/MixedTraffic-Bench
 OpenStreetMap, each with trips of one to four demands. ``python analysis/mixed_traffic.py FOLDER`` drives
 the scenarios of ``test_files`` in a checked-out copy for 20 minutes each: under SUMO's rules with the
 network's lights, and under the gate with lights off and obeyed. ``--files train_files --draw 12`` drives
-so many of either kind, drawn by ``--seed``, of the other part; ``--share 20`` puts so many in a hundred of
-the vehicles under the gate; what the table then says of the gate is about these alone. Runs that are done
-are kept in ``out/mixed-traffic``, see ``--out``.
+so many of either kind, drawn by ``--seed``, of the other part. Runs that are done are kept in
+``out/mixed-traffic``, see ``--out``.
 
-``--write`` keeps a row for each run in ``analysis/tables/mixed-traffic.csv`` and renews the tables in the
-README and in ``docs/studies/throughput.md``; without a folder they are renewed from that file.
+``--shares 5 20 60`` puts only so many in a hundred of the vehicles under the gate, the others drive by
+SUMO's rules among them; beside it SUMO's rules with lights on and off. The figures are then of all vehicles.
+
+``--write`` keeps a row for each run in ``analysis/tables/mixed-traffic.csv``, of shares in
+``mixed-traffic-shares.csv`` there, and renews the tables in the README and in
+``docs/studies/throughput.md``; without a folder they are renewed from these files.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import sys
 from collections.abc import Iterator
@@ -26,17 +30,23 @@ from xml.etree import ElementTree as ET
 import pandas as pd
 from any_traffic import EVERYONE
 from frame_table import frame_table
+from real_networks import trips
 from rich.console import Console
 from sweep_runs import sweep_runs
 from throughput_study import markdown, write_section
 
+from loopgate import Scenario
+from loopgate.cli.terminal import show_progress
+from loopgate.errors import LoopgateError
 from loopgate.results import columns as c
+from loopgate.simulation.run import simulate as drive
 from loopgate.sweep import Sweep
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "analysis" / "tables" / "mixed-traffic.csv"
 """A row for each run that the pages tell of."""
-README, SECTION = ROOT / "README.md", "mixed-traffic"
+KEPT_SHARES = KEPT.with_name("mixed-traffic-shares.csv")
+README, SECTION, SHARES_SECTION = ROOT / "README.md", "mixed-traffic", "mixed-traffic-shares"
 
 KINDS = ("intersection", "roundabout")
 DEMANDS: Final = {"400": 400, "easy": 1000, "middle": 3000, "hard": 5000}
@@ -47,9 +57,13 @@ RULES: Final[dict[str, dict[str, Any]]] = {
     "gate": {"gate": "certified", "lights": "off"},
     "gate, lights obeyed": {"gate": "certified", "lights": "obey"},
 }
+DARK = "SUMO, lights off"
+LIGHTS = {"gate": DARK, "gate, lights obeyed": SUMO}
+"""SUMO's rules with the same lights as under the gate."""
 SUFFIX = ".sumo.cfg"
 KIND, DEMAND, NAME, RULE, SHARE, ORDINARY = "kind", "demand", "scenario", "rule", "share", "ordinary"
 SCENARIO = [KIND, DEMAND, NAME]
+GATED_DELAY, ERRED = "gated_delay_s", "collisions_by_others"
 FIGURES = (
     *(
         c.STATUS,
@@ -107,23 +121,8 @@ def drawn(scenarios: pd.DataFrame, count: int, seed: int) -> pd.DataFrame:
 def planned(scenarios: pd.DataFrame, given: argparse.Namespace) -> Iterator[tuple[dict[str, Any], Any, str]]:
     """Yield the scenario of each run, whose it is, and its rule."""
     for one in scenarios.itertuples(index=False):
-        who = {}
-        if given.share < EVERYONE:
-            routes = routes_of(str(one.file))
-            if routes is None:
-                sys.exit(f"{one.file}: its routes cannot be read")
-            named = given.out / f"{one.kind}-{one.demand}-{one.scenario}-{given.share}-{given.seed}.txt"
-            names = [
-                vehicle.get("id", "")
-                for vehicle in ET.parse(routes).getroot().iter("vehicle")  # noqa: S314
-                if float(vehicle.get("depart", "0")) < given.duration
-            ]
-            some = Random(given.seed).sample(names, len(names) * given.share // EVERYONE)
-            named.write_text("\n".join(some) + "\n", encoding="utf-8")
-            who = {"who": str(named.resolve())}
         for rule in given.rules:
-            gated = who if rule != SUMO else {}
-            yield {"network": one.file, **RULES[rule], **gated}, one, rule
+            yield {"network": one.file, **RULES[rule]}, one, rule
 
 
 def simulate(scenarios: pd.DataFrame, given: argparse.Namespace) -> pd.DataFrame:
@@ -136,7 +135,7 @@ def simulate(scenarios: pd.DataFrame, given: argparse.Namespace) -> pd.DataFrame
     keys = [point.key for point in sweep.points()]
     rows = [
         {KIND: one.kind, DEMAND: one.demand, NAME: one.scenario, RULE: rule}
-        | {SHARE: given.share if rule != SUMO else 0}
+        | {SHARE: EVERYONE if rule != SUMO else 0}
         | {ORDINARY: _ordinary(str(found.loc[key, c.WARNINGS])) if rule != SUMO else 0}
         | {name: found.loc[key, name] for name in FIGURES}
         for key, (_, one, rule) in zip(keys, runs, strict=True)
@@ -228,6 +227,110 @@ def write(runs: pd.DataFrame) -> None:
     write_section(section(runs), SECTION)
 
 
+def some_of(configuration: str, called: str, share: int, given: argparse.Namespace) -> Path:
+    """Write the names of so many in a hundred of the vehicles; a greater share has these too."""
+    routes = routes_of(configuration)
+    if routes is None:
+        sys.exit(f"{configuration}: its routes cannot be read")
+    names = [
+        vehicle.get("id", "")
+        for vehicle in ET.parse(routes).getroot().iter("vehicle")  # noqa: S314
+        if float(vehicle.get("depart", "0")) < given.duration
+    ]
+    Random(given.seed).shuffle(names)
+    file: Path = given.out / f"{called}-{share}-{given.seed}.txt"
+    file.write_text("\n".join(names[: len(names) * share // EVERYONE]) + "\n", encoding="utf-8")
+    return file
+
+
+def drive_shares(scenarios: pd.DataFrame, given: argparse.Namespace) -> pd.DataFrame:
+    """Drive with some of the vehicles under the gate, unless it was done; return a row for each run."""
+    given.out.mkdir(parents=True, exist_ok=True)
+    dark = {"gate": "open", "lights": "off"}
+    named = [(0, SUMO, RULES[SUMO]), (0, DARK, dark)]
+    named += [(share, rule, RULES[rule]) for share in given.shares for rule in given.rules if rule != SUMO]
+    runs = [(one, *of) for one in scenarios.itertuples(index=False) for of in named]
+    rows = []
+    with show_progress("runs", total=len(runs)) as report:
+        for number, (one, share, rule, words) in enumerate(runs, 1):
+            called = f"{one.kind}-{one.demand}-{one.scenario}"
+            key = f"{called}-{share}-{rule}-{given.seed}-{given.duration:g}"
+            kept = given.out / f"{key.replace(' ', '_').replace(',', '')}.json"
+            if not kept.exists():
+                driven = {**words, "network": one.file}
+                if 0 < share < EVERYONE:
+                    driven["who"] = str(some_of(str(one.file), called, share, given).resolve())
+                found = _of_all(driven, kept.with_suffix(""), given)
+                kept.write_text(json.dumps(found), encoding="utf-8")
+            row = {KIND: one.kind, DEMAND: one.demand, NAME: one.scenario, SHARE: share, RULE: rule}
+            rows.append(row | json.loads(kept.read_text(encoding="utf-8")))
+            report(number)
+    return pd.DataFrame(rows)
+
+
+def _of_all(words: dict[str, Any], folder: Path, given: argparse.Namespace) -> dict[str, Any]:
+    """Drive a scenario; return what all its vehicles came to."""
+    base = {"duration_s": given.duration, "seed": given.seed, "on_deadlock": "continue"}
+    try:
+        summary = drive(Scenario(**{**base, **words}), folder, overwrite=True)
+    except LoopgateError as error:
+        return {c.STATUS: "failed", c.ERROR: str(error)}
+    others = summary.get("others") or {}
+    return {
+        c.STATUS: c.STATUS_OK,
+        c.SEED: given.seed,
+        **trips(summary),
+        GATED_DELAY: summary[c.MEAN_DELAY] if others else None,
+        ORDINARY: others.get("vehicles", 0),
+        c.DEADLOCKS: len(summary["deadlocks"]),
+        c.STARVING: len(summary["starving"]),
+        c.COLLISIONS: summary[c.COLLISIONS],
+        ERRED: summary.get("collisions_by_others", 0),
+        c.KEPT: summary.get("clean"),
+    }
+
+
+def by_share(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each kind, share and rule, and one for both kinds: scenarios that all drove."""
+    column = pd.Series([f"{share} {rule}" for share, rule in zip(runs[SHARE], runs[RULE], strict=True)])
+    wide = runs.assign(column=column).pivot_table(index=SCENARIO, columns="column", values=c.MEAN_DELAY)
+    wide = wide.dropna()
+    done = runs.set_index(SCENARIO).loc[wide.index].reset_index()
+    rows = []
+    for kind in (*KINDS, "all"):
+        group = done if kind == "all" else done[done[KIND] == kind]
+        if group.empty:
+            continue
+        delays = wide.loc[pd.MultiIndex.from_frame(group[SCENARIO].drop_duplicates())]
+        for (share, rule), of in group.groupby([SHARE, RULE], sort=False):
+            row = {"junctions": kind, "scenarios": f"{len(delays)}", "share [%]": f"{share}", RULE: str(rule)}
+            row["delay [s]"] = f"{of[c.MEAN_DELAY].mean():.0f}"
+            gated = of[GATED_DELAY].dropna()
+            row["of the gated [s]"] = f"{gated.mean():.0f}" if len(gated) else ""
+            row["arrived"] = f"{of[c.ARRIVED].sum():.0f}"
+            row["locked"] = f"{(of[c.DEADLOCKS] > 0).sum()}"
+            row["collisions"] = f"{of[c.COLLISIONS].sum():.0f}"
+            if rule in LIGHTS:
+                own, same = delays[f"{share} {rule}"], delays[f"0 {LIGHTS[str(rule)]}"]
+                row["no more than SUMO, its lights"] = f"{(own <= delays[f'0 {SUMO}']).sum()}"
+                row["no more than SUMO, same lights"] = f"{(own <= same).sum()}"
+            rows.append(row)
+    return pd.DataFrame(rows).fillna("")
+
+
+def shares_section(runs: pd.DataFrame) -> str:
+    """Return the part of the page on shares."""
+    done = runs[runs[c.STATUS] == c.STATUS_OK]
+    failed, some = len(runs) - len(done), done[done[SHARE] > 0]
+    said = f"""{len(done)} runs of 20 minutes, seed {done[c.SEED].iloc[0]:.0f}; {failed} failed.
+*Delay*: mean over the scenarios of the mean over all vehicles, waits to depart in it; *of the gated*: over
+the gated ones. *Collisions*: with share 0 all, else those with a gated vehicle; in
+{some[ERRED].sum():.0f} of these {some[c.COLLISIONS].sum():.0f} the ordinary driver erred.
+*No more than SUMO*: scenarios with no more delay than with share 0, under the network's
+lights and under the same lights as the gate."""
+    return f"{' '.join(said.split())}\n\n{markdown(by_share(runs))}"
+
+
 def print_runs(runs: pd.DataFrame) -> None:
     """Print the table by class, each scenario's delays, and what failed or was not clean."""
     console = Console(highlight=False, width=230)
@@ -245,6 +348,10 @@ def print_runs(runs: pd.DataFrame) -> None:
         console.print("The runs were made by several states of the code.")
 
 
+def _kept(file: Path) -> pd.DataFrame:
+    return pd.read_csv(file, dtype={DEMAND: str}, keep_default_na=False, na_values=[""])
+
+
 def main() -> None:
     """Run what is missing, print, and renew the pages if asked to."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
@@ -255,21 +362,30 @@ def main() -> None:
     parser.add_argument("--names", nargs="+", help="only junctions of these names")
     parser.add_argument("--draw", type=int, help="only so many scenarios of each kind, drawn by the seed")
     parser.add_argument("--rules", nargs="+", default=list(RULES), choices=list(RULES))
-    parser.add_argument("--share", type=int, default=EVERYONE, help="vehicles in a hundred under the gate")
-    parser.add_argument("--seed", type=int, default=1, help="of SUMO, of --draw and of --share")
+    parser.add_argument("--shares", type=int, nargs="+", help="vehicles in a hundred under the gate")
+    parser.add_argument("--seed", type=int, default=1, help="of SUMO, of --draw and of --shares")
     parser.add_argument("--duration", type=float, default=1200.0, help="simulated time of each run [s]")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "mixed-traffic", help="results folder")
     parser.add_argument("--write", action="store_true", help="keep a row for each run, and renew the pages")
     given = parser.parse_args()
     if given.folder is None:
-        write(pd.read_csv(KEPT, dtype={DEMAND: str}, keep_default_na=False, na_values=[""]))
+        write(_kept(KEPT))
+        write_section(shares_section(_kept(KEPT_SHARES)), SHARES_SECTION)
         return
     found = configurations(given.folder, given.files)
     found = found[found[KIND].isin(given.kinds) & found[DEMAND].isin(given.demands)]
     if given.names:
         found = found[found[NAME].isin(given.names)]
-    runs = simulate(drawn(found, given.draw, given.seed) if given.draw else found, given)
+    found = drawn(found, given.draw, given.seed) if given.draw else found
+    if given.shares:
+        runs = drive_shares(found, given)
+        print(shares_section(runs))
+        if given.write:
+            runs.to_csv(KEPT_SHARES, index=False)
+            write_section(shares_section(runs), SHARES_SECTION)
+        return
+    runs = simulate(found, given)
     print_runs(runs)
     if given.write:
         runs.to_csv(KEPT, index=False)

@@ -53,12 +53,15 @@ class Rule:
         Whether it is one of SUMO's own, which the others are measured by.
     vehicles
         The counts it is run at; all of the study's if empty.
+    beside
+        The yardstick that it is measured by; if empty, the best of them.
     """
 
     name: str
     scenario: Mapping[str, Any]
     yardstick: bool = False
     vehicles: tuple[int, ...] = ()
+    beside: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,20 +151,26 @@ def kilometres(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
 def ratios(runs: pd.DataFrame, study: Study) -> pd.DataFrame:
     """Return the vehicle-km of each rule over those of the best yardstick, with half the 95 % interval.
 
-    The best is that with the greatest mean at this number of vehicles; runs are compared seed by seed.
+    The best is that with the greatest mean at this number of vehicles; a rule that names its yardstick is
+    measured by that. Runs are compared seed by seed.
     """
     done = runs[runs[c.STATUS] == c.STATUS_OK]
     own = {rule.name for rule in study.rules if rule.yardstick}
-    best: dict[int, pd.Series[float]] = {}
-    for count, group in done[done[RULE].isin(own)].groupby(c.VEHICLES):
-        name = group.groupby(RULE)[c.KM_PER_H].mean().idxmax()
-        best[int(str(count))] = group[group[RULE] == name].set_index(c.SEED)[c.KM_PER_H]
+    beside = {rule.name: rule.beside for rule in study.rules}
+
+    def yardstick(count: int, rule: str) -> pd.Series[float] | None:
+        """Return the distance under the rule that this one is measured by, by seed."""
+        of = done[(done[c.VEHICLES] == count) & done[RULE].isin({beside[rule]} if beside[rule] else own)]
+        if of.empty:
+            return None
+        best = of.groupby(RULE)[c.KM_PER_H].mean().idxmax()
+        return of[of[RULE] == best].set_index(c.SEED)[c.KM_PER_H]
 
     def ratio(group: pd.DataFrame) -> str:
-        count = int(group[c.VEHICLES].iloc[0])
-        if count not in best:
+        by = yardstick(int(group[c.VEHICLES].iloc[0]), str(group[RULE].iloc[0]))
+        if by is None:
             return ""
-        values = (group.set_index(c.SEED)[c.KM_PER_H] / best[count]).dropna()
+        values = (group.set_index(c.SEED)[c.KM_PER_H] / by).dropna()
         return f"> {_MOST_TIMES}" if values.mean() > _MOST_TIMES else with_half(values, 2)
 
     return _wide(done[~done[RULE].isin(own)], study, ratio)
@@ -359,15 +368,15 @@ def write_section(text: str, name: str, page: Path = PAGE) -> None:
     page.write_text(after, encoding="utf-8")
 
 
-def conduct(study: Study, given: argparse.Namespace) -> None:
-    """Run what is missing of a study, print its tables, and renew the page if asked to."""
+def conduct(study: Study, given: argparse.Namespace) -> pd.DataFrame:
+    """Run what is missing of a study, print its tables, and renew the page if asked to; return the runs."""
     runs = simulate(study, given)
     text = section(runs, study)
     print(text)
     every = f"{text}\n\nAll figures:\n\n{markdown(details(runs, study))}\n"
     (given.out / f"{study.name}.md").write_text(every, encoding="utf-8")
-    runs.drop(columns=[*c.EDGE_LISTS.values(), c.LAP_QUANTILES, c.SCENARIO], errors="ignore").to_csv(
-        given.out / f"{study.name}.csv", index=False
-    )
+    runs = runs.drop(columns=[*c.EDGE_LISTS.values(), c.LAP_QUANTILES, c.SCENARIO], errors="ignore")
+    runs.to_csv(given.out / f"{study.name}.csv", index=False)
     if given.write:
         write_study(text, study.name)
+    return runs

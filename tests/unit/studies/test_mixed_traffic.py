@@ -56,3 +56,23 @@ def test_a_warning_tells_how_many_vehicles_are_not_gated() -> None:
         study._ordinary('["3 vehicles in ordinary traffic, first a", "1 vehicle in ordinary traffic"]') == 4
     )
     assert "take 5 of 60 vehicles, in 1 of 3 scenarios" in study.section(RUNS)
+
+
+def test_shares_are_beside_sumo_with_the_same_lights() -> None:
+    """Figures are of all vehicles; *b* was not driven with everybody's share and counts nowhere."""
+
+    def of(name: str, share: int, rule: str, delay_s: float) -> dict[str, Any]:
+        some = {study.SHARE: share, study.GATED_DELAY: 50.0 if share else None, study.ERRED: 0}
+        return one(name, rule, delay_s, **some)
+
+    runs = pd.DataFrame(
+        [
+            *(of("a", 0, study.SUMO, 30.0), of("a", 0, study.DARK, 20.0), of("a", 5, GATE, 25.0)),
+            *(of("a", 5, OBEYED, 25.0), of("b", 0, study.SUMO, 9.0), of("b", 0, study.DARK, 9.0)),
+        ]
+    )
+    table = study.by_share(runs).set_index(study.RULE).loc[[GATE, OBEYED]]
+    assert [*table["scenarios"]] == ["1"] * 4
+    assert [*table["no more than SUMO, same lights"]] == ["0", "0", "1", "1"]
+    assert [*table["no more than SUMO, its lights"]] == ["1", "1", "1", "1"]
+    assert "6 runs" in study.shares_section(runs)

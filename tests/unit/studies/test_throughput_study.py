@@ -1,6 +1,7 @@
 """The tables of throughput, by hand."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -70,6 +71,26 @@ def test_the_ratio_is_to_the_rule_with_the_best_mean_seed_by_seed() -> None:
     """Rule a (110) beats b (100); 150/100 and 144/120 are 1.35 +- t(1) * 0.15 = 12.706 * 0.15."""
     (only,) = ratios(RUNS, STUDY).to_dict("records")
     assert only == {"rule": "certified", "60": "1.35 ± 1.91"}
+
+
+def test_a_rule_that_names_its_yardstick_is_measured_by_that() -> None:
+    """Not by rule a, which is better: 150/150 and 144/50."""
+    rules = (*STUDY.rules[:2], Rule("certified", {}, beside="SUMO, b"))
+    (only,) = ratios(RUNS, replace(STUDY, rules=rules)).to_dict("records")
+    assert only["60"].startswith("1.94")
+
+
+def test_networks_by_file_have_a_row_for_each_number_of_vehicles() -> None:
+    """With lights on and off, each beside SUMO with the same lights."""
+    figures = {
+        throughput_lights.SUMO_ON: 100.0,
+        throughput_lights.OBEYED: 90.0,
+        throughput_lights.SUMO_OFF: 50.0,
+        throughput_lights.OFF: 75.0,
+    }
+    runs = pd.DataFrame([row(rule, 1, km, deadlocks=int(km == 50.0)) for rule, km in figures.items()])
+    (only,) = throughput_lights.by_network(runs.assign(network="town")).to_dict("records")
+    assert [*only.values()] == ["`town`", "60", "1", "0.90", "1.50", "0 of 1", "1 of 1"]
 
 
 def test_kilometres_say_which_rules_locked_up() -> None:
