@@ -33,6 +33,7 @@ def roads(
     connections: Sequence[str],
     *,
     buses_only: Sequence[str] = (),
+    speed_mps: float = 10.0,
 ) -> RoadNetwork:
     """Make a network without internal lanes.
 
@@ -44,6 +45,8 @@ def roads(
         Movements from lane to lane, as ``a_0>b_1``.
     buses_only
         Lanes that only buses may use.
+    speed_mps
+        The limit on all lanes [m/s].
     """
     made: dict[str, Edge] = {}
     for row, (name, (length, count)) in enumerate(edges.items()):
@@ -54,7 +57,7 @@ def roads(
                 index=index,
                 internal=False,
                 length_m=length,
-                speed_mps=10.0,
+                speed_mps=speed_mps,
                 width_m=3.2,
                 shape=((0.0, 100.0 * row + 3.2 * index), (length, 100.0 * row + 3.2 * index)),
                 allowed=frozenset({"bus"} if f"{name}_{index}" in buses_only else {"bus", "passenger"}),

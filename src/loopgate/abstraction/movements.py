@@ -176,6 +176,10 @@ _MOST_ROOMY = 1 / 3
 """A stretch grows with speed up to this share of what is free of its edge: the places before and after need
 slots, and the stretch is shut while others are on it."""
 
+_SLOTS_BEHIND = 5
+"""On faster roads, the slots behind a stretch: as many as the vehicles of a stream hold that follow each
+other within their braking distance. Those that must wait to change lanes wait before the stretch."""
+
 _NARROW_M = 5.0
 """Lanes of two edges that lie near each other for longer than a car do not merely meet [m]."""
 
@@ -248,10 +252,10 @@ def lay_stretches(
 ) -> tuple[dict[str, Stretch], Narrow]:
     """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
 
-    A stretch for lane changes lies in the middle of its edge, with a place before and a place after. If the
-    edge is too short for both, the place after stays if it fits. Otherwise the stretch takes the whole edge;
-    so does a stretch on a narrow edge. If the whole edge is too short to change lanes, the caller must refuse
-    the loop.
+    A stretch for lane changes lies in the middle of its edge, on fast roads farther on, with a place before
+    and a place after. If the edge is too short for both, the place after stays if it fits. Otherwise the
+    stretch takes the whole edge; so does a stretch on a narrow edge. If the whole edge is too short to change
+    lanes, the caller must refuse the loop.
 
     An edge with a part long enough for a place is not narrow, however near other lanes come to the rest: a
     vehicle before or after that part is under way on the movement that leads there.
@@ -295,7 +299,7 @@ def lay_stretches(
     stretches = {
         edge: _whole(edge, network.edges[edge].length_m)
         if edge in whole
-        else _in_the_middle(network.edges[edge], needed[edge], free[edge])
+        else _lay_stretch(network.edges[edge], needed[edge], free[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))
     }
     return stretches, narrow
@@ -312,7 +316,7 @@ def _whole(edge: str, length_m: float) -> Stretch:
     return Stretch(edge, 0.0, length_m, 0.0, length_m)
 
 
-def _in_the_middle(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
+def _lay_stretch(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
     place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
@@ -320,8 +324,11 @@ def _in_the_middle(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
     roomy_m = max(least_m + _ROOMY_M, min(least_m + _ROOMY_M * fast, free_m * _MOST_ROOMY))
     if free_m >= least_apart_m(needed_m):
         stretch_m = min(roomy_m, free_m - 2 * place_m)
-        begin_m = free.begin_m + (free_m - stretch_m) / 2
-        return Stretch(edge.id, begin_m, begin_m + stretch_m, *free)
+        behind_m = (free_m - stretch_m) / 2
+        if fast > 1.0:
+            behind_m = min(behind_m, _SLOTS_BEHIND * needed_m + CLEARANCE_M + HOLD_MARGIN_M)
+        end_m = free.end_m - behind_m
+        return Stretch(edge.id, end_m - stretch_m, end_m, *free)
     if free_m >= least_m + place_m:
         end_m = free.begin_m + min(roomy_m, free_m - place_m)
         return Stretch(edge.id, 0.0, end_m, 0.0, free.end_m)

@@ -150,6 +150,15 @@ def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -
     assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [4, 4]
 
 
+def test_on_a_fast_road_vehicles_change_lanes_late() -> None:
+    """At 28 m/s the stretch takes a third, with five slots behind it: the others wait before."""
+    network = apart(roads({"a": (240.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"], speed_mps=28.0))
+    abstraction = make_queues(network, [make_loop(network, "l", ["a", "b"])])
+    before, behind, _ = abstraction.itineraries[0].legs
+    assert behind.begin_m - before.end_m == pytest.approx(70.1)
+    assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [17, 5]
+
+
 @pytest.mark.parametrize(
     ("length_m", "states", "crossings"),
     [
