@@ -441,6 +441,7 @@ def find_conflicts(
     movements: Iterable[Connection],
     touches: Touches,
     places: Mapping[str, FreePart],
+    passages: Iterable[Passage] = (),
 ) -> Conflicts:
     """Find the conflicts among movements.
 
@@ -464,6 +465,9 @@ def find_conflicts(
     places
         By lane, the beginning of its first place and the end of its last place; lanes without a place are
         missing.
+    passages
+        The ways over stretches that begin where their edges do. Who changes lanes there is still under way
+        on the movement that leads to the edge.
     """
     by_id = {movement.id: movement for movement in movements}
     lengths = {m.id: network.over_m(m) for m in by_id.values()}
@@ -478,8 +482,9 @@ def find_conflicts(
     unlisted: set[tuple[str, str]] = set()
     with_others: set[tuple[str, str]] = set()
     sized: dict[str, dict[str, SizedOverlaps]] = {name: {} for name in by_id}
+    under_way = _UnderWay(network, by_id.values(), places, passages)
     sizes = tuple(np.unique((touches.one_length_m, touches.other_length_m)).tolist())
-    for one, other, follows, found in _shared(_UnderWay(network, by_id.values(), places), touches, sizes):
+    for one, other, follows, found in _shared(under_way, touches, sizes):
         _add(foes, one, other)
         if by_id[one].to_id == by_id[other].from_id and not follows and one != other:
             with_others.add((one, other))
@@ -570,7 +575,11 @@ class _UnderWay:
     """Finds the movement that a vehicle is on, from its path and the position of its front."""
 
     def __init__(
-        self, network: RoadNetwork, movements: Iterable[Connection], places: Mapping[str, FreePart]
+        self,
+        network: RoadNetwork,
+        movements: Iterable[Connection],
+        places: Mapping[str, FreePart],
+        passages: Iterable[Passage],
     ) -> None:
         self.names: list[str] = []
         self._network = network
@@ -578,6 +587,13 @@ class _UnderWay:
         self._inside: dict[str, tuple[int, float]] = {}
         self._between: dict[tuple[str, str], int] = {}
         self._out_of: dict[str, list[int]] = {}
+        self._onto: dict[str, list[int]] = {}
+        self._changed_from: dict[str, set[str]] = {}
+        """By lane, the lanes from which vehicles change to it before the first place."""
+        for passage in passages:
+            before, lane = (f"{passage.edge}_{number}" for number in (passage.lane, passage.to_lane))
+            if passage.changes:
+                self._changed_from.setdefault(lane, set()).add(before)
         self._begins: list[str] = []
         self._length_m: list[float] = []
         self._at = self._length = self._touched = np.empty(0)
@@ -592,6 +608,7 @@ class _UnderWay:
             self._length_m.append(driven)
             self._between[movement.from_id, movement.to_id] = number
             self._out_of.setdefault(movement.from_id, []).append(number)
+            self._onto.setdefault(movement.to_id, []).append(number)
 
     def rows(
         self, paths: Sequence[SweptPath], path: Ints, at_m: Floats, length_m: Floats, touched_m: Floats
@@ -666,11 +683,18 @@ class _UnderWay:
         behind = next((name for name in lanes[1:] if not self._network.lanes[name].internal), None)
         into = None if behind is None else self._between.get((behind, lane))
         at_m = self._at[rows] - begin_m
-        if into is not None:
-            entering = rows if place is None else rows[at_m <= place.begin_m + self._length[rows]]
-            yield into, self._length_m[into] - begin_m, entering
-            if place is None:
-                return  # all of a lane without a place belongs to the movement onto it
+        came_by = [into] if into is not None else []
+        if behind is None:
+            came_by = [
+                one
+                for before in sorted(self._changed_from.get(lane, ()))
+                for one in self._onto.get(before, ())
+            ]
+        entering = rows if place is None else rows[at_m <= place.begin_m + self._length[rows]]
+        for movement in came_by:
+            yield movement, self._length_m[movement] - begin_m, entering
+        if into is not None and place is None:
+            return  # all of a lane without a place belongs to the movement onto it
         leaving = rows if place is None else rows[at_m > place.end_m]
         for movement in self._out_of.get(lane, ()):
             yield movement, -begin_m - self._network.lanes[lane].length_m, leaving

@@ -282,12 +282,11 @@ def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int
     if refused:
         raise RefusedLoopError(refused)
     pieces = [piece for chain in chains.values() for piece in chain]
-    conflicts = find_conflicts(
-        network, (p.movement for p in pieces if p.movement is not None), touches, _places_on(pieces)
-    )
-    legs = _Legs(
-        network, conflicts, find_foes((p.passage for p in pieces if p.passage is not None), plan.narrow)
-    )
+    movements = [p.movement for p in pieces if p.movement is not None]
+    passages = [p.passage for p in pieces if p.passage is not None]
+    at_once = [passage for passage in passages if not plan.stretches[passage.edge].begin_m]
+    conflicts = find_conflicts(network, movements, touches, _places_on(pieces), at_once)
+    legs = _Legs(network, conflicts, find_foes(passages, plan.narrow))
     return QueueLayout(
         places={p.place.name: p.place for p in pieces if p.place is not None},
         itineraries={

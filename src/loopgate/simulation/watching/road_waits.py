@@ -26,8 +26,9 @@ IMPATIENT_S = 180.0
 _SURELY_S = 20.0
 """A vehicle that nothing keeps back any more has moved after this time [s]."""
 
-_TOUCHING_M = 3.0
-"""A vehicle stands because of its leader if the gap is at most the minimum gap and this [m]."""
+_TOUCHING_M, _CLOSE_M = 3.0, 1.0
+"""A vehicle stands because of its leader if the gap is at most the minimum gap and the first, when it creeps
+or the leader's length is not known; else at most the second: with more space it may still close up [m]."""
 
 _CREEP_M, _CLEARS_M, _CLEARS_SLOWLY_M, _ROUNDING_M = 3.0, 10.0, 0.5, 0.005
 """A driver may creep so far up to the leader, some millimetres a second; so far over a junction; and so far
@@ -215,7 +216,7 @@ class RoadWaits:
         if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle}
             restless = self._restless & {vehicle, *around}
-            if self._is_leaving(lane, ways) and any(self._creeps_on_m(one) > _ROUNDING_M for one in restless):
+            if self._is_leaving(lane, ways) and any(self._clears(one, lane, front_m) for one in restless):
                 return sets  # it yields to those inside, and one of them creeps out of its way
             if around and not any(map(self._drifts, restless)):
                 sets += [sorted(around)] if sorted(around) not in sets else []
@@ -305,38 +306,39 @@ class RoadWaits:
         """Yield sets of vehicles for which a vehicle stands with space ahead, so that lanes can be changed.
 
         SUMO's rules (LC2013). Who must change lanes and cannot follows the next vehicle on the other lane
-        (`informLeader`), except where its own lane leads on and that vehicle wants to come over
-        (`myDontBrake`). Others let such a vehicle in before them (`slowDownForBlocked`).
+        (`informLeader`); where its own lane leads on it may drive past instead. Others let such a vehicle in
+        before them (`slowDownForBlocked`). Who creeps with space ahead comes to rest somewhere else.
         """
         of, (_, gap_m) = self._network.lanes[lane], self._road.size(vehicle)
         lanes = [one.id for one in self._network.edges[of.edge].lanes]
-        if len(lanes) == 1:
+        if len(lanes) == 1 or (vehicle in self._creeping and not self._leader(vehicle, lane, front_m)):
             return
         side, lets_in = self._road.lane_wish(vehicle)
-        if side and 0 <= of.index + side < len(lanes):
+        leads_on = any(one.lanes[0] == lane and len(one.lanes) > 1 for one in self._leads(vehicle))
+        if side and 0 <= of.index + side < len(lanes) and not leads_on:
             bodies = [one for one in self._bodies.get(lanes[of.index + side], ()) if one.vehicle != vehicle]
             near = [one for one in bodies if one.front_m > front_m - _LEVEL_M]
             near = near[: 2 if near and near[0].front_m < front_m + _LEVEL_M else 1]
             if near and near[-1].rear_m - front_m - gap_m <= _FOLLOWS_M:
                 names = [one.vehicle for one in near]
-                leads_on = any(one.lanes[0] == lane and len(one.lanes) > 1 for one in self._leads(vehicle))
-                if not (leads_on and any(self._road.lane_wish(one)[0] == -side for one in names)):
-                    ahead = self._next_on((lane,), front_m)  # once this one drives, it may try to overtake
-                    yield sorted({*names, *ahead, *self._kept_by(vehicle, lane, front_m)})
+                ahead = self._next_on((lane,), front_m)  # once this one drives, it may try to overtake
+                yield sorted({*names, *ahead, *self._kept_by(vehicle, lane, front_m)})
         if lets_in:
             beside = (
-                (one.rear_m - front_m - gap_m, one)
+                (one.rear_m - front_m - gap_m, one, lanes[of.index + to])
                 for to in (-1, 1)
                 if 0 <= of.index + to < len(lanes)
                 for one in self._fronts.get(lanes[of.index + to], ())
                 if one.front_m > front_m and self._road.lane_wish(one.vehicle)[0] == -to
             )
-            near_m, first = min(
-                ((by_m, one) for by_m, one in beside if by_m >= _LETS_IN_M), default=(inf, None)
-            )
-            if first is not None and near_m <= _TOUCHING_M:
-                there = self._lane[first.vehicle]
-                yield sorted({first.vehicle, *self._kept_by(first.vehicle, *there)})
+            let_in = (some for some in beside if _LETS_IN_M <= some[0] <= _TOUCHING_M)
+            if first := min(let_in, key=lambda some: some[0], default=None):
+                _, ahead_of, other = first
+                # If nobody stands behind that one, somebody may come and be the next beside this one instead.
+                behind = [one.vehicle for one in self._bodies[other] if one.front_m <= front_m][-1:]
+                if behind:
+                    kept = self._kept_by(ahead_of.vehicle, *self._lane[ahead_of.vehicle])
+                    yield sorted({ahead_of.vehicle, *behind, *kept})
 
     def _leads(self, vehicle: str) -> Sequence[LeadsOn]:
         return self._road.lanes_for(vehicle) or ()
@@ -473,17 +475,45 @@ class RoadWaits:
             one for one in self._bodies.get(lane, ()) if one.front_m > front_m and one.vehicle != vehicle
         )
         leader = next(ahead, None)
-        return leader.vehicle if leader and leader.rear_m - front_m <= gap_m + _TOUCHING_M else ""
+        near = leader is not None and leader.rear_m - front_m <= gap_m + self._closes_up_m(vehicle)
+        return leader.vehicle if leader and near else ""
+
+    def _closes_up_m(self, vehicle: str) -> float:
+        """Return how much more than its gap is before a vehicle at most that its leader stops [m]."""
+        rests = self._road.knows_sizes and vehicle not in self._restless
+        return _CLOSE_M if rests else _TOUCHING_M
 
     def _ahead(self, vehicle: str, lane: str, front_m: float) -> list[list[str]]:
         """Return the sets of vehicles that keep a vehicle from going on in a lane."""
         if leader := self._leader(vehicle, lane, front_m):
+            if self._clears_line(leader, lane) and self._left_m(lane, front_m) > _CLOSE_M:
+                self._unsettled = True
+                return []
             return [[leader]]
         if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > _AT_JUNCTION_M:
             return []
         return _of_all(
             [self._over_junction(vehicle, lane, front_m, way) for way in self._ways(vehicle, lane)]
         )
+
+    def _clears_line(self, leader: str, lane: str) -> bool:
+        """Return whether a leader inside a junction may creep off the lane before it."""
+        on, at_m = self._lane[leader]
+        line = self._line((on,))
+        if (
+            leader not in self._restless
+            or self._network.lanes[lane].internal
+            or on not in self._over
+            or not line
+        ):
+            return False
+        way, (length_m, _) = self._over[on][0], self._road.size(leader)
+        left_m = length_m - at_m - self._way_m(way, on)
+        if self._may_creep_m(leader, left_m, unseen_m=left_m) < left_m:
+            return False
+        of_m = self._network.lanes[on].length_m
+        rest = _part(line, at_m * line.length / max(1e-6, of_m), line.length)
+        return not self._across(leader, way, _part(rest, 0.0, left_m), of_m - at_m, rest)
 
     def _over_junction(self, vehicle: str, lane: str, front_m: float, way: Connection) -> list[list[str]]:
         """Return the vehicles that keep a vehicle from a movement, each as a set."""
@@ -492,7 +522,7 @@ class RoadWaits:
         length_m, gap_m = self._road.size(vehicle)
         over_m = sum(self._network.lanes[one].length_m for one in via) - front_m if inside else 0.0
         if inside:
-            beyond = self._beyond(vehicle, way, gap_m + _TOUCHING_M - over_m)
+            beyond = self._beyond(vehicle, way, gap_m + self._closes_up_m(vehicle) - over_m)
             found = [one.vehicle for one, _ in islice(beyond, 1)]
         else:
             found = self._without_space(vehicle, way, gap_m + length_m)
@@ -500,11 +530,13 @@ class RoadWaits:
         if path is not None:
             begin_m = front_m * path.length / max(1e-6, over_m + front_m) if inside else 0.0
             # A driver drives up to a body across its way, also into a junction.
-            # From half way over it, it looks at all that is left.
-            ahead_m = path.length if inside and len(via) > 1 else gap_m + _CREEP_M / 2
+            # From half way over it, or if it creeps up to something, it looks at all that is left.
+            far = inside and (len(via) > 1 or vehicle in self._restless)
+            ahead_m = path.length if far else gap_m + _CREEP_M / 2
+            rest = _part(path, begin_m, path.length) if inside else None
             path = _part(path, begin_m, begin_m + ahead_m)
             left_m = over_m if inside else self._way_m(way) + self._left_m(lane, front_m)
-            found += self._across(vehicle, way, path, left_m, inside=inside)
+            found += self._across(vehicle, way, path, left_m, rest)
             if not inside and way.signal is None:
                 found += self._joins_first(vehicle, way, left_m)
         return [[one] for one in dict.fromkeys(found) if one != vehicle]
@@ -549,10 +581,28 @@ class RoadWaits:
             return self._may_creep_m(vehicle, _CLEARS_M)
         return self._may_creep_m(vehicle, _CLEARS_SLOWLY_M) if vehicle in self._restless else 0.0
 
-    def _may_creep_m(self, vehicle: str, most_m: float) -> float:
-        """Return how far a vehicle can creep on until those before it have closed up [m], or `most_m`."""
-        on_m = 0.0
+    def _clears(self, vehicle: str, lane: str, front_m: float) -> bool:
+        """Return whether a vehicle creeps that is in or beside the way of another on its last lane inside."""
+        line = self._line((lane,))
+        if line is None or self._creeps_on_m(vehicle) <= _ROUNDING_M:
+            return line is None
+        of = self._network.lanes[lane]
+        rest = _part(line, front_m * line.length / max(1e-6, of.length_m), line.length)
+        on = {one for other in self._at[self._over[lane][0].junction] for one in (*other.via, other.to_id)}
+        bodies = ((one, body) for one in on for body in self._bodies.get(one, ()) if body.vehicle == vehicle)
+        return any(self._distance_m(body, one, rest) < _APART_M for one, body in bodies)
+
+    def _may_creep_m(self, vehicle: str, most_m: float, unseen_m: float = _CREEP_M / 2) -> float:
+        """Return how far a vehicle can creep on until those before it have closed up [m], or `most_m`.
+
+        Inside a junction with nobody before it: `unseen_m`; bodies across its way are not looked at. Those in
+        a circle come round a little, although there is no space.
+        """
+        on_m, seen = 0.0, set[str]()
         while on_m < most_m:
+            if vehicle in seen:
+                return min(most_m, max(on_m, _CLOSE_M))
+            seen.add(vehicle)
             lane, front_m = self._lane[vehicle]
             left_m, (_, gap_m) = self._left_m(lane, front_m), self._road.size(vehicle)
             ahead = next(((one, one.rear_m) for one in self._bodies[lane] if one.front_m > front_m), None)
@@ -564,7 +614,7 @@ class RoadWaits:
                 beyond = self._beyond(vehicle, way, most_m)
                 ahead = next(((one, front_m + left_m + most_m - by_m) for one, by_m in beyond), None)
             if ahead is None:
-                return min(most_m, on_m + _CREEP_M / 2)
+                return min(most_m, on_m + unseen_m)
             on_m += max(0.0, ahead[1] - front_m - gap_m)
             vehicle = ahead[0].vehicle
         return most_m
@@ -583,11 +633,12 @@ class RoadWaits:
         return self._way_m(way) - self._way_m(way, lane) - one.front_m
 
     def _across(
-        self, vehicle: str, way: Connection, path: LineString, left_m: float, *, inside: bool
+        self, vehicle: str, way: Connection, path: LineString, left_m: float, rest: LineString | None
     ) -> list[str]:
         """Return the vehicles whose bodies cross a path for good.
 
-        Who came from the same lane is followed as on a lane, until the ways are apart.
+        Who came from the same lane is followed as on a lane, until the ways are apart. `rest` is what is
+        left of its way, if it is inside: beside it stands whoever is on a lane that its front has crossed.
         """
         found, half_m = [], self._network.lanes[way.via[0]].width_m / 2.0
         follows_m = self._way_m(way) - left_m + self._road.size(vehicle)[1] + _CREEP_M / 2
@@ -595,11 +646,14 @@ class RoadWaits:
             merges = other is not way and way.to_id == other.to_id
             for lane in (*other.via, other.to_id):
                 on_exit = lane == other.to_id
+                crosses = not (merges or on_exit or way.from_id == other.from_id)
+                if rest and crosses and not rest.intersects(self._line((lane,)) or rest):
+                    continue
                 apart_m = _APART_M if way.from_id == other.from_id or (merges and not on_exit) else half_m
                 for one in self._bodies.get(lane, ()):
                     if one.vehicle in found or one.vehicle == vehicle or self._is_past(one, lane, on_exit):
                         continue
-                    if merges and inside and not on_exit and self._left_over(other, lane, one) >= left_m:
+                    if merges and rest and not on_exit and self._left_over(other, lane, one) >= left_m:
                         continue  # it comes after
                     if self._distance_m(one, lane, path) >= apart_m:
                         continue
@@ -715,11 +769,19 @@ class RoadWaits:
         for other in self._network.edges[lane.edge].lanes:
             if abs(other.index - lane.index) == 1:
                 yield from self._beside(vehicle, other.id, front_m, _BEHIND_M, _AHEAD_M)
+                behind = [one.vehicle for one in self._fronts.get(other.id, ()) if one.front_m <= front_m]
+                yield from behind[-1:] or self._next_onto(other.id)
             if abs(other.index - lane.index) <= 1:
                 ahead = (one for one in self._bodies.get(other.id, ()) if one.front_m > front_m)
                 yield from (one.vehicle for one in islice(ahead, 1))
         for lanes, _, _ in self._road.lanes_for(vehicle) or ():
             yield from (one.vehicle for other in lanes[1:] for one in self._bodies.get(other, ()))
+
+    def _next_onto(self, lane: str) -> Iterator[str]:
+        """Yield the vehicles that come next onto a lane."""
+        for way in self._to.get(lane, ()):
+            yield from (one.vehicle for over in way.via for one in self._bodies.get(over, ()))
+            yield from self._next_from(way.from_id, _APPROACH_M)
 
     def _next_from(self, lane: str, within_m: float) -> Iterator[str]:
         """Yield the vehicles that come next to the end of a lane, within a distance of it [m]."""

@@ -19,7 +19,8 @@ from loopgate.simulation.watching.road_waits import LeadsOn, RoadWaits
 NETWORK = RoadNetwork.open("networks/grid5-priority.net.xml")
 (WAY,) = NETWORK.between("B2C2", "C2D2")
 END_M = NETWORK.lanes["B2C2_0"].length_m
-LONG_S = 1000.0
+LONG_S, SHORT_S = 1000.0, -1.0
+"""Times of standing [s]. After the second nothing is known to last."""
 
 
 @dataclass
@@ -105,6 +106,33 @@ def test_a_crossing_is_free_once_a_rear_is_off_the_lane(past_m: float, sets: lis
     front_m = theirs.project(crossing) + past_m + 5.0 - theirs.length
     at = {"a": (WAY.via[0], mine.project(crossing) - 3.0), "b": ("C2C1_0", front_m)}
     assert Scene(at, {"b": ("C3C2", ["C1B1"])}).sets(restless=["a"]) == sets
+
+
+@pytest.mark.parametrize(("past_m", "sets"), [(-0.5, [["b"]]), (1.0, [])])
+def test_whoever_stands_on_a_way_that_is_crossed_is_beside(past_m: float, sets: list[list[str]]) -> None:
+    """A driver whose front was past the crossing drove on, 1.4 m from the front of the other."""
+    (across,) = NETWORK.between("C3C2", "C2C1")
+    mine, theirs = (LineString(NETWORK.lanes[way.via[0]].shape) for way in (WAY, across))
+    crossing = theirs.intersection(mine)
+    assert isinstance(crossing, Point)
+    at = {
+        "a": (WAY.via[0], mine.project(crossing) + past_m),
+        "b": (across.via[0], theirs.project(crossing) - 1.0),
+    }
+    assert Scene(at, {"b": ("C3C2", ["C2C1"])}).sets(SHORT_S) == sets
+
+
+@pytest.mark.parametrize(("restless", "sets"), [("a", [["b"]]), ("", [])])
+def test_who_creeps_inside_a_junction_creeps_up_to_a_body_far_on_in_its_way(
+    restless: str, sets: list[list[str]]
+) -> None:
+    """One crept for an hour, four metres, and 538 vehicles stood behind it."""
+    (across,) = NETWORK.between("C1C2", "C2C3")
+    theirs = LineString(NETWORK.lanes[across.via[0]].shape)
+    crossing = theirs.intersection(LineString(NETWORK.lanes[WAY.via[0]].shape))
+    assert isinstance(crossing, Point)
+    at = {"a": (WAY.via[0], 0.1), "b": (across.via[0], theirs.project(crossing) + 2.0)}
+    assert Scene(at, {"b": ("C1C2", ["C2C3"])}).sets(SHORT_S, restless=[restless]) == sets
 
 
 @pytest.mark.parametrize(
@@ -198,6 +226,41 @@ def test_a_queue_waits_for_its_leader_only() -> None:
     assert Scene({"a": ("B2C2_0", 20.0), "b": ("B2C2_0", 27.6)}).sets(LONG_S) == [["b"]]
 
 
+@pytest.mark.parametrize(
+    ("space_m", "restless", "knows", "sets"),
+    [
+        (0.9, "", True, [["b"]]),
+        (1.2, "", True, []),  # two such drivers closed up after a minute
+        (1.2, "a", True, [["b"]]),  # it closes up already
+        (1.2, "", False, [["b"]]),  # b may be longer than is known
+    ],
+)
+def test_who_has_space_to_close_up_may_still_do_so(
+    space_m: float,
+    restless: str,
+    sets: list[list[str]],
+    *,
+    knows: bool,
+) -> None:
+    """Beyond its minimum gap."""
+    scene = Scene({"a": ("B2C2_0", 20.0), "b": ("B2C2_0", 27.5 + space_m)}, knows_sizes=knows)
+    assert scene.sets(SHORT_S, restless=[restless]) == sets
+
+
+@pytest.mark.parametrize(
+    ("left_m", "restless", "sets"), [(3.0, "b", []), (3.0, "", [["b"]]), (0.9, "b", [["b"]])]
+)
+@pytest.mark.parametrize("exit_edge", ["C2C1", "C2D2"])
+def test_who_stands_behind_one_that_creeps_off_the_lane_may_close_up_to_its_end(
+    exit_edge: str, left_m: float, restless: str, sets: list[list[str]]
+) -> None:
+    """As soon as its rear is off: eight drivers did so after ten minutes, six after forty."""
+    (way,) = NETWORK.between("B2C2", exit_edge)
+    at = {"a": ("B2C2_0", END_M - left_m), "b": (way.via[0], 7.6 - left_m)}
+    scene = Scene(at, {"b": ("B2C2", [exit_edge])})
+    assert scene.sets(LONG_S, restless=[restless])[:1] == sets
+
+
 def test_when_nothing_around_has_changed_for_long_everybody_around_is_a_set() -> None:
     """Not before the driver is impatient, and not at a red light."""
     others = {"b": ("D2C2_0", END_M - 1.0), "c": ("C1C2_0", END_M - 1.0), "far": ("A4A3_0", 5.0)}
@@ -227,6 +290,9 @@ def test_who_only_has_to_leave_a_junction_yields_to_those_inside_alone() -> None
         {"b": ("D2C2", ["C2B2"])},
     )
     assert scene.sets(60.0) == [["b"]]
+    scene.at = {**scene.at, "d": (opposite.via[0], 10.5)}
+    scene.edges = {**scene.edges, "d": ("D2C2", ["C2B2"])}
+    assert scene.sets(60.0, restless=["b"]) == [["b", "d"]]  # b creeps up to d, not out of the way of a
 
 
 @pytest.mark.parametrize(
@@ -314,8 +380,8 @@ ON_BOTH = [LeadsOn(("e_0", "f_1"), 100.0, 1), TO_LEFT[1]]
         (TO_LEFT, {"a": (1, False)}, 57.5, [["b", "c"]]),
         (TO_LEFT, {"a": (1, False)}, 60.0, []),  # with more space it drives up to it
         (TO_LEFT, {"a": (1, False), "b": (-1, False)}, 57.5, [["b", "c"]]),
-        (ON_BOTH, {"a": (1, False), "b": (-1, False)}, 57.5, []),  # it does not mind: its lane leads on
-        (TO_LEFT, {"a": (0, True), "b": (-1, False)}, 57.6, [["b"]]),  # it lets b in
+        (ON_BOTH, {"a": (1, False)}, 57.5, []),  # its own lane leads on: it may drive past b
+        (TO_LEFT, {"a": (0, True), "b": (-1, False)}, 57.6, [["b", "d"]]),  # it lets b in
         (TO_LEFT, {"a": (0, True), "b": (-1, False)}, 57.5, []),  # which is too near for that
         (TO_LEFT, {"a": (0, True)}, 57.6, []),
     ],
@@ -324,12 +390,23 @@ def test_who_must_change_lanes_stands_with_space_ahead_and_so_does_who_lets_it_i
     lanes: list[LeadsOn], wishes: dict[str, tuple[int, bool]], b_m: float, sets: list[list[str]]
 ) -> None:
     """As SUMO's drivers do. Once c drives, which is next on its lane, a may try to overtake b."""
-    scene = Scene({"a": ("e_0", 50.0), **AHEAD, "b": ("e_1", b_m)}, lanes=lanes, wishes=wishes)
+    at = {"a": ("e_0", 50.0), **AHEAD, "b": ("e_1", b_m), "d": ("e_1", 42.0)}
+    scene = Scene(at, lanes=lanes, wishes=wishes)
     network = _two_lanes(100.0)
-    assert scene.sets(0.0, network=network, restless=["a"]) == sets
+    assert scene.sets(SHORT_S, network=network) == sets
     waits = RoadWaits(network, scene)
     waits.look()
     assert waits.cause("a") == ("lane change" if "a" in wishes else "no reason known")
+    scene.at = {**at, "a": ("e_0", 50.01)}
+    waits.look()
+    assert waits.of("a", SHORT_S) == []  # it creeps on, and comes to rest somewhere else
+
+
+def test_who_lets_another_in_drives_up_once_somebody_comes_between() -> None:
+    """A driver let one in that never came, until a third drove up beside it: then it closed up."""
+    at = {"a": ("e_0", 50.0), **AHEAD, "b": ("e_1", 57.6)}
+    scene = Scene(at, lanes=TO_LEFT, wishes={"a": (0, True), "b": (-1, False)})
+    assert scene.sets(SHORT_S, network=_two_lanes(100.0)) == []
 
 
 def test_a_light_that_is_red_ends() -> None:
