@@ -497,7 +497,10 @@ class RoadWaits:
         )
 
     def _clears_line(self, leader: str, lane: str) -> bool:
-        """Return whether a leader inside a junction may creep off the lane before it."""
+        """Return whether a leader inside a junction may creep off the lane before it.
+
+        So it may if it has a metre left, or no body across its way within its gap beyond that.
+        """
         on, at_m = self._lane[leader]
         line = self._line((on,))
         if (
@@ -507,13 +510,15 @@ class RoadWaits:
             or not line
         ):
             return False
-        way, (length_m, _) = self._over[on][0], self._road.size(leader)
+        way, (length_m, gap_m) = self._over[on][0], self._road.size(leader)
         left_m = length_m - at_m - self._way_m(way, on)
         if self._may_creep_m(leader, left_m, unseen_m=left_m) < left_m:
             return False
+        if left_m <= _CLOSE_M:
+            return True
         of_m = self._network.lanes[on].length_m
         rest = _part(line, at_m * line.length / max(1e-6, of_m), line.length)
-        return not self._across(leader, way, _part(rest, 0.0, left_m), of_m - at_m, rest)
+        return not self._across(leader, way, _part(rest, 0.0, gap_m + left_m), of_m - at_m, rest)
 
     def _over_junction(self, vehicle: str, lane: str, front_m: float, way: Connection) -> list[list[str]]:
         """Return the vehicles that keep a vehicle from a movement, each as a set."""
