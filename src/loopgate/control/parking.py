@@ -185,6 +185,8 @@ class Parking:
         """The vehicles that are beside the road, each with the stopping place that it is at, if any."""
         self._coming: set[Vehicle] = set()
         """The vehicles that have a slot again, and should be on the road after the next step."""
+        self._parked_m: dict[Vehicle, float] = {}
+        """Where vehicles with lots elsewhere parked, on their paths [m]."""
         self._braked: dict[Vehicle, int] = {}
         """Vehicles at speed 0 until they are on the road and held, or granted a leg after this one."""
         self._since_s: dict[Vehicle, float] = {}
@@ -206,6 +208,7 @@ class Parking:
         lots = stop.kind == "parkingArea"
         if lots:
             vehicle.lot_m = self._traffic.lot_ahead_m(vehicle.name, stop)
+            self._parked_m[vehicle] = vehicle.front_m
         before_end_m = vehicle.line_m - vehicle.stop_m
         self._beside[vehicle] = (
             _Park(stop.name, vehicle.leg.place, before_end_m, lots) if stop.kind != "lane" else None
@@ -221,6 +224,7 @@ class Parking:
 
     def _set_back(self, vehicle: Vehicle) -> None:
         self._beside.pop(vehicle, None)
+        self._parked_m.pop(vehicle, None)
         self._coming.discard(vehicle)
         self._since_s.pop(vehicle, None)
 
@@ -228,6 +232,9 @@ class Parking:
         """Return vehicles to the road where possible, and keep the others parked."""
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         self._let_go()
+        for vehicle, at_m in self._parked_m.items():
+            if abs(vehicle.front_m - at_m - vehicle.lot_m) < _ROUNDING_M:
+                vehicle.lot_m = 0.0  # SUMO has put it on its lane beside its lot, before it drives
         first_s: dict[Place, float] = {}
         """Since when the first vehicle waits to return to each place [s]."""
         for vehicle in sorted(self._beside, key=self._since):

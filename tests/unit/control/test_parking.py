@@ -24,6 +24,11 @@ class Beside(FakeTraffic):
         self.left_s: dict[str, float] = {}
         self.stood: list[tuple[str, float | None]] = []
         self.off: set[str] = set()
+        self.lot_m = 0.0
+
+    def lot_ahead_m(self, vehicle: str, stop: Stop) -> float:
+        del vehicle, stop
+        return self.lot_m
 
     def lane(self, vehicle: str) -> tuple[str, float]:
         return ("", 0.0) if vehicle in self.off else super().lane(vehicle)
@@ -41,8 +46,9 @@ class Beside(FakeTraffic):
 class Road:
     """A place of 100 m and four slots, in which `v` parks beside the road; nobody may go on from there."""
 
-    def __init__(self, front_m: float = 50.0, *, closed: bool = True) -> None:
+    def __init__(self, front_m: float = 50.0, *, closed: bool = True, lot_m: float = 0.0) -> None:
         self.traffic, self.rows = Beside(), list[Row]()
+        self.traffic.lot_m = lot_m
         self.ledger = Ledger(usual())
         self.place, after = Place("a", 4), Place("b", 0)
         legs = [Leg(self.place, 0, 0.0, 100.0), Leg(after, 1, 120.0, 220.0)]
@@ -84,6 +90,17 @@ def test_a_parked_vehicle_holds_no_slot_until_its_stop_is_nearly_over() -> None:
     assert road.step() == ["return"]
     assert road.place.line == [one for one in [road.car] if not one.beside]
     assert (road.parking.parked, road.parking.late_s) == (1, 0.0)
+
+
+def test_one_that_has_been_put_beside_its_lot_is_there_and_no_farther() -> None:
+    """SUMO does so a step before it drives. Counted as far ahead once more, it was driven into."""
+    road = Road(lot_m=15.0)
+    left_m = road.car.left_m()
+    road.step()
+    assert road.car.left_m() == left_m
+    road.car.front_m += 15.2
+    road.step()
+    assert road.car.left_m() == pytest.approx(left_m - 0.2)
 
 
 def test_one_that_sumo_keeps_off_gives_its_slot_back_and_tries_again() -> None:
