@@ -9,11 +9,14 @@ Two movements that conflict share a stretch. The other vehicle is in the way unt
 - It will be past the stretch before the vehicle that asks comes into the junction (`_passes_first`). Until
   then SUMO finds neither in the way of the other. It must have passed all lights before the stretch.
 - The vehicle that asks will be past the stretch with its rear before the other vehicle can be there
-  (`_comes_later`). It must not have to wait for another vehicle or for a light.
+  (`_comes_later`). It must not have to wait for another vehicle or for a light. The other vehicle must not
+  go to the same place, since it is in the line there already.
 
 For the vehicle that must be past first, the rule assumes a weak start and slow driving. For the vehicle that
 comes, it assumes the highest speed that limits and driver allow. The vehicle ahead in a place is assumed to
-stand.
+stand. Lights inside the crossing count too: a granted vehicle may stop at a light that does not surely stay
+open until it is past (`_room_to_light_m`), and a vehicle that asks comes no sooner than its light opens
+(`_own_red_s`).
 
 Each vehicle's own length, acceleration, top speed and speed factor decide (`Make`). A vehicle that is led to
 a lane is assumed to stop where it is led (`Vehicle.guide_m`): only there does it change lanes. The rule
@@ -24,7 +27,7 @@ persons who cross, or for an ordinary vehicle that comes (`GrantedPass.quiet`).
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, sqrt
 from typing import Final
 
 from loopgate.control.lights import passes_lights
@@ -82,8 +85,8 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
                 continue
             if shared.from_m - shared.to_m > other_m or foe.from_m - foe.to_m > length_m:
                 continue  # one of the two is too short to touch the stretch that they share
-            relation = _relation(vehicle, foe, trip, shared)
-            if relation == IN_THE_WAY and _passes_first(vehicle, over, foe, trip, shared):
+            relation = _relation(vehicle, foe, trip, shared, now_s)
+            if relation == IN_THE_WAY and _passes_first(vehicle, over, foe, trip, shared, now_s):
                 relation = BEFORE
             if relation == IN_THE_WAY and _comes_later(vehicle, over, foe, trip, shared, now_s):
                 relation = LATER
@@ -97,7 +100,7 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
     return None
 
 
-def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int:
+def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe, now_s: float) -> int:
     """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
@@ -108,15 +111,21 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe) -> int
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
     reach_m = vehicle.line_m - vehicle.front_m + foe.from_m
     reached_s = time_s(reach_m, vehicle.speed, make.accel, make.top) - _APART_S
+    if vehicle.leg.inner:
+        reached_s = max(reached_s, _own_red_s(vehicle, foe.from_m, now_s))
     if time_s(left_m, other.speed, other.make.sure_accel, slow) > reached_s or _may_be_held(trip, inside_m):
         return IN_THE_WAY
     room_m = _room_m(other, trip.into)
     if inside_m < trip.over.wait_m:
         room_m = min(room_m, trip.over.wait_m - inside_m)
+    if trip.leg.inner:
+        room_m = min(room_m, _room_to_light_m(trip, inside_m, slow, now_s))
     return BEFORE if braking_time_s(left_m, room_m, slow, other.make.decel) <= reached_s else IN_THE_WAY
 
 
-def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe) -> bool:
+def _passes_first(
+    vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, shared: Foe, now_s: float
+) -> bool:
     """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
     if not other.make.foreseen or not trip.quiet:
@@ -131,6 +140,8 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, sha
     soonest_s = foe.soonest_s - (foe.from_m - enters_m) / foe.least
     to_go_m = vehicle.line_m - vehicle.front_m + enters_m
     reached_s = max(soonest_s / make.haste, time_s(to_go_m, vehicle.speed, make.accel, make.top))
+    if vehicle.leg.inner:
+        reached_s = max(reached_s, _own_red_s(vehicle, enters_m, now_s))
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
     slow = other.make.surely(min(theirs.speed, shared.least))
     passed_s = time_s(left_m, other.speed, other.make.weak_accel, slow)
@@ -139,6 +150,8 @@ def _passes_first(vehicle: Vehicle, over: Pass, foe: Foe, trip: GrantedPass, sha
     room_m = _room_m(other, trip.into)
     if inside_m < theirs.wait_m and theirs.wait_m > theirs.ahead_m + _BEYOND_M:
         room_m = min(room_m, theirs.wait_m - inside_m)
+    if trip.leg.inner:
+        room_m = min(room_m, _room_to_light_m(trip, inside_m, slow, now_s))
     passed_s = braking_time_s(left_m, room_m, slow, other.make.decel)
     return passed_s + _AHEAD_S <= reached_s and not _may_be_held(trip, inside_m)
 
@@ -150,7 +163,8 @@ def _comes_later(
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
-    if vehicle.steered or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
+    joins = trip.into.place is vehicle.wanted()  # it is in the line there already, so it must come first
+    if vehicle.steered or joins or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
         return False
     if vehicle.leg.stretch is not None and not vehicle.leg.is_quiet(now_s):
         return False
@@ -172,6 +186,41 @@ def _comes_later(
     room_m = min(_room_ahead_m(vehicle), vehicle.line_m + vehicle.leg.guide_m - vehicle.front_m)
     room_m -= make.length_m + _BEYOND_M
     return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
+
+
+def _own_red_s(vehicle: Vehicle, until_m: float, now_s: float) -> float:
+    """Return for how long a red light inside surely keeps a vehicle that goes now from a position [s].
+
+    `until_m`: the position, from its stop line [m]. The result is 0 if no light does. A vehicle may pass the
+    light at the line without heeding any, so it must be able to stop from there.
+    """
+    make = vehicle.make
+    to_line_m = max(0.0, vehicle.line_m - vehicle.front_m)
+    fast = min(make.top, sqrt(vehicle.speed * vehicle.speed + 2.0 * make.accel * to_line_m))
+    stops_m = 2.0 * fast + fast * fast / (2.0 * make.decel)
+    for over in vehicle.leg.inner:
+        signal = over.signal
+        if signal is not None and stops_m <= over.ahead_m <= until_m:
+            red_s = signal.red_for_s(now_s)
+            if red_s > 0.0:
+                return red_s + (until_m - over.ahead_m) / make.top
+    return 0.0
+
+
+def _room_to_light_m(trip: GrantedPass, inside_m: float, slow: float, now_s: float) -> float:
+    """Return how far a granted vehicle can go to the next light that may stop it [m].
+
+    `slow`: the speed that it surely keeps [m/s].
+    """
+    other = trip.vehicle
+    for own in other.trips:
+        signal, ahead_m = own.over.signal, own.over.ahead_m - inside_m
+        if own.leg is not trip.leg or own.lit or signal is None or ahead_m < 0.0:
+            continue
+        needs_s = time_s(ahead_m, other.speed, other.make.sure_accel, slow)
+        if signal.stays_open_s(now_s) < needs_s + _APART_S:
+            return ahead_m
+    return inf
 
 
 def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:

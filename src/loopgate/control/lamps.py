@@ -60,15 +60,17 @@ class Lamp:
 class Signal:
     """What a lamp shows to one movement: the letter number `link`.
 
-    `speed`: the lowest speed limit on the movement [m/s].
+    `speed`: the lowest speed limit on the movement [m/s]. `least_s`: the shortest waits at this light and
+    those after it, as `loopgate.control.lights` has worked them out [s].
     """
 
-    __slots__ = ("lamp", "link", "speed")
+    __slots__ = ("lamp", "least_s", "link", "speed")
 
     def __init__(self, lamp: Lamp, link: int, speed: float) -> None:
         self.lamp: Final = lamp
         self.link: Final = link
         self.speed: Final = speed
+        self.least_s: dict[tuple[float, ...], float] = {}
 
     def next_letter(self, now_s: float) -> str:
         """Return the letter in the next step."""
@@ -111,3 +113,60 @@ class Signal:
             state = phases[phase].state
             left_s += phases[phase].longest_s
         return True
+
+    def opens_s(self, now_s: float, from_s: float, to_s: float) -> float:
+        """Return when a vehicle may pass that comes between `from_s` and `to_s`, by a fixed program.
+
+        All times count from now [s]. The result is `from_s` if the light is open all the while; otherwise the
+        first time at which it opens after it was closed then; infinite if it never opens.
+        """
+        lamp = self.lamp
+        lamp.look(now_s)
+        phases, phase, state = lamp.program.phases, lamp.phase, lamp.state
+        left_s, opened_s, closed, looked = lamp.changes_s - now_s, 0.0, False, 0
+        while looked <= len(phases):
+            if left_s > from_s:
+                looked += 1
+                if state[self.link] not in OPEN:
+                    closed = True
+                elif closed:
+                    return opened_s
+                elif left_s >= to_s:
+                    return from_s
+            opened_s = left_s
+            phase = phases[phase].following
+            state = phases[phase].state
+            left_s += phases[phase].longest_s
+        return inf if closed else from_s
+
+    def red_for_s(self, now_s: float) -> float:
+        """Return for how long the light surely stays red [s]; 0 if it is not red now and in the next step."""
+        lamp = self.lamp
+        letters, phase, change_s = lamp.next_step(now_s)
+        if letters[self.link] not in RED or lamp.state[self.link] not in RED:
+            return 0.0
+        phases = lamp.program.phases
+        if not (lamp.program.fixed and phases):
+            return max(0.0, change_s - now_s)
+        for _ in range(len(phases)):
+            phase = phases[phase].following
+            if phases[phase].state[self.link] not in RED:
+                return change_s - now_s
+            change_s += phases[phase].longest_s
+        return inf
+
+    def stays_open_s(self, now_s: float) -> float:
+        """Return for how long the light surely stays open [s]; 0 if it is closed now or in the next step."""
+        lamp = self.lamp
+        letters, phase, change_s = lamp.next_step(now_s)
+        if letters[self.link] not in OPEN or lamp.state[self.link] not in OPEN:
+            return 0.0
+        phases = lamp.program.phases
+        if not (lamp.program.fixed and phases):
+            return max(0.0, change_s - now_s)
+        for _ in range(len(phases)):
+            phase = phases[phase].following
+            if phases[phase].state[self.link] not in OPEN:
+                return change_s - now_s
+            change_s += phases[phase].longest_s
+        return inf

@@ -9,6 +9,7 @@ from types import MappingProxyType
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap, PlaceRoom
 from loopgate.control.lamps import Signal
+from loopgate.control.lights import is_at_line
 from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
 Drawings = Sequence[DrawnLeg]
@@ -95,6 +96,7 @@ class PlaceLayout:
             leg.guided, leg.slot_m = bool(drawn.guides), float(drawn.slot_m)
             leg.guide_m = float(drawn.guides[0].stop_m) if drawn.guides else inf
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
+            leg.inner = [over for over in leg.passes if over.signal is not None and not is_at_line(over, leg)]
         joined(legs, closed=not way[-1].away)
         if self._on_path is not None:
             self._on_path(legs, way)

@@ -229,13 +229,15 @@ class Leg:
     """A place on a path, from `begin_m` to `end_m` in arc length [m], and the crossing after it.
 
     `after`: the next leg; None where the path ends. `passes`: the movements between the two. `number`: index
-    on the path. `guided`: whether vehicles are steered between the two; `guide_m`: how far after
-    `end_m` the first stop is by which they are [m]. `stretch`: where it lies on the road, if there is
-    ordinary traffic. `slot_m`: the length that a vehicle needs [m].
+    on the path. `inner`: the movements with a light that stands inside the crossing. `guided`: whether
+    vehicles are steered between the two; `guide_m`: how far after `end_m` the first stop is by which they are
+    [m]. `stretch`: where it lies on the road, if there is ordinary traffic. `slot_m`: the length that a
+    vehicle needs [m].
     """
 
     __slots__ = (
-        "after", "begin_m", "end_m", "guide_m", "guided", "number", "passes", "place", "slot_m", "stretch",
+        "after", "begin_m", "end_m", "guide_m", "guided", "inner", "number", "passes", "place", "slot_m",
+        "stretch",
     )  # fmt: skip
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
@@ -245,6 +247,7 @@ class Leg:
         self.end_m: Final = end_m
         self.after: Leg | None = None
         self.passes: list[Pass] = []
+        self.inner: list[Pass] = []
         self.guided = False
         self.guide_m = inf
         self.stretch: RoadStretch | None = None

@@ -370,7 +370,7 @@ def test_a_vehicle_that_goes_before_some_waits_for_none() -> None:
     trip.over.foes[scene.over.movement] = trip.over.foes[far.over.movement]
     scene.over.movement.junction.trips.append(trip)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crossings, "_relation", lambda _v, _f, t, _s: 1 if t is trip else crossings.IN_THE_WAY)
+        patch.setattr(crossings, "_relation", lambda _v, _f, t, *_: 1 if t is trip else crossings.IN_THE_WAY)
         assert scene.found() == IN_THE_WAY
         scene.over.movement.junction.trips.remove(scene.trip)
         assert in_the_way(scene.a, 0.0) is None
@@ -446,3 +446,14 @@ def test_the_last_vehicle_in_the_place_ahead_is_the_one_that_may_stand() -> None
         one.front_m = one.bodies[0].begin_m + front_m
     room_m = crossings._room_ahead_m(scene.a)
     assert room_m == pytest.approx(50.0 - 49.9 + 20.0 + 3.0 - 2.5)
+
+
+@pytest.mark.parametrize(("now_s", "found"), [(0.0, BEFORE), (999.5, IN_THE_WAY)])
+def test_nothing_is_foreseen_of_one_that_a_light_inside_may_stop_with_its_rear_on_the_stretch(
+    now_s: float, found: str
+) -> None:
+    """`b` is on the stretch, 3 m before a light that is green up to 1000 s; its rear has 6 m to go."""
+    scene = Crossed("b", (20.0, 59.0), ahead_m=(0.0, 12.0), lit="b")
+    scene.trip.leg.inner = list(scene.trip.leg.passes)
+    scene.trip.lit = False
+    assert scene.found(now_s) == found

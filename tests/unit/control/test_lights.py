@@ -297,12 +297,40 @@ def test_all_lights_on_one_crossing_have_to_be_green_on_arrival() -> None:
     assert not scene.keeps()
 
 
-@pytest.mark.parametrize(("ahead_m", "kept"), [(60.0, False), (40.0, True)])
-def test_a_light_far_ahead_is_of_no_account(ahead_m: float, *, kept: bool) -> None:
-    """Where no vehicle may wait on most of a road, one that sets out stops for it there, and not before."""
+@pytest.mark.parametrize(
+    ("ahead_m", "red_s", "kept"), [(60.0, 20.0, False), (60.0, 40.0, True), (40.0, 20.0, True)]
+)
+def test_a_vehicle_may_stand_at_a_light_far_ahead_for_a_while(
+    ahead_m: float, red_s: float, *, kept: bool
+) -> None:
+    """It is there after eight seconds; a longer wait would keep others from their crossings."""
     scene = Scene(("t", ahead_m))
-    scene.shows("t", "r", 1000.0)
+    scene.shows("t", "r", red_s, after="G")
     assert scene.keeps() is kept
+
+
+@pytest.mark.parametrize("far_m", [40.0, 60.0])
+def test_a_light_that_changes_with_the_traffic_is_of_no_account_far_ahead(far_m: float) -> None:
+    """Nobody knows when it turns green."""
+    scene = Scene(("t", far_m))
+    scene.shows("t", "r", 1000.0, fixed=False)
+    assert scene.keeps() is (far_m < 50.0)
+
+
+def test_where_lights_are_never_green_together_a_vehicle_sets_out_for_the_shortest_wait_inside() -> None:
+    """The first is green from 0 to 40 s of 90 s, the second, 20 m on, from 45 to 85 s: it leaves at 36 s."""
+    scene = Scene(("t", 0.1), ("u", 20.0))
+    scene.traffic.programs["t"] = Program((Phase("G", 40.0, 1), Phase("r", 50.0, 0)), fixed=True)
+    scene.traffic.programs["u"] = Program(
+        (Phase("r", 45.0, 1), Phase("G", 40.0, 2), Phase("r", 5.0, 0)), fixed=True
+    )
+    scene.traffic.lights |= {"t": Light("G", 40.0, "p", 0), "u": Light("r", 45.0, "p", 0)}
+    left_s = []
+    for second in range(40):
+        scene.traffic.now_s = float(second)
+        if not scene.keeps():
+            left_s.append(second)
+    assert left_s == [36, 37]
 
 
 def test_lights_that_are_never_green_together_do_not_keep_a_vehicle_for_ever() -> None:
