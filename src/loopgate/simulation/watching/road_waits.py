@@ -490,8 +490,9 @@ class RoadWaits:
                 self._unsettled = True
                 return []
             return [[leader]]
-        if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > _AT_JUNCTION_M:
-            return []
+        free_m = self._road.size(vehicle)[1] + _TOUCHING_M if self._road.knows_sizes else _AT_JUNCTION_M
+        if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > free_m:
+            return []  # it may still drive up to the end of its lane
         return _of_all(
             [self._over_junction(vehicle, lane, front_m, way) for way in self._ways(vehicle, lane)]
         )
@@ -757,6 +758,8 @@ class RoadWaits:
                 found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
+        if leaving and not found:
+            return found  # it yields to nobody
         for way in self._ways(vehicle, lane):
             beyond = self._beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
             found.update(one.vehicle for one, _ in islice(beyond, 1))
