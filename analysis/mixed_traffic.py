@@ -291,7 +291,15 @@ def _of_all(words: dict[str, Any], folder: Path, given: argparse.Namespace) -> d
 
 
 def by_share(runs: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each kind, share and rule, and one for both kinds: scenarios that all drove."""
+    """Return a row for each kind, share and rule, and one for both kinds; lights off first, then obeyed."""
+    beside = [runs[runs[RULE].isin((SUMO, lights, rule))] for rule, lights in LIGHTS.items()]
+    parts = [_by_share(some) for some, rule in zip(beside, LIGHTS, strict=True) if rule in set(some[RULE])]
+    return pd.concat(parts, ignore_index=True).fillna("")
+
+
+def _by_share(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows of one rule of the gate and of SUMO: scenarios that were driven with every share."""
+    runs = runs.reset_index(drop=True)
     column = pd.Series([f"{share} {rule}" for share, rule in zip(runs[SHARE], runs[RULE], strict=True)])
     wide = runs.assign(column=column).pivot_table(index=SCENARIO, columns="column", values=c.MEAN_DELAY)
     wide = wide.dropna()
@@ -315,7 +323,7 @@ def by_share(runs: pd.DataFrame) -> pd.DataFrame:
                 row["no more than SUMO, its lights"] = f"{(own <= delays[f'0 {SUMO}']).sum()}"
                 row["no more than SUMO, same lights"] = f"{(own <= same).sum()}"
             rows.append(row)
-    return pd.DataFrame(rows).fillna("")
+    return pd.DataFrame(rows)
 
 
 def shares_section(runs: pd.DataFrame) -> str:
@@ -382,6 +390,10 @@ def main() -> None:
         runs = drive_shares(found, given)
         print(shares_section(runs))
         if given.write:
+            if KEPT_SHARES.exists():
+                runs = pd.concat([_kept(KEPT_SHARES), runs]).drop_duplicates(
+                    [*SCENARIO, SHARE, RULE], keep="last"
+                )
             runs.to_csv(KEPT_SHARES, index=False)
             write_section(shares_section(runs), SHARES_SECTION)
         return

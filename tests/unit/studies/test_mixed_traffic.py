@@ -59,7 +59,7 @@ def test_a_warning_tells_how_many_vehicles_are_not_gated() -> None:
 
 
 def test_shares_are_beside_sumo_with_the_same_lights() -> None:
-    """Figures are of all vehicles; *b* was not driven with everybody's share and counts nowhere."""
+    """Figures are of all vehicles; of *b* no share was driven, so it counts nowhere."""
 
     def of(name: str, share: int, rule: str, delay_s: float) -> dict[str, Any]:
         some = {study.SHARE: share, study.GATED_DELAY: 50.0 if share else None, study.ERRED: 0}
