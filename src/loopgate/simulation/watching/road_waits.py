@@ -490,9 +490,8 @@ class RoadWaits:
                 self._unsettled = True
                 return []
             return [[leader]]
-        free_m = self._road.size(vehicle)[1] + _TOUCHING_M if self._road.knows_sizes else _AT_JUNCTION_M
-        if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > free_m:
-            return []  # it may still drive up to the end of its lane
+        if not self._network.lanes[lane].internal and self._left_m(lane, front_m) > _AT_JUNCTION_M:
+            return []
         return _of_all(
             [self._over_junction(vehicle, lane, front_m, way) for way in self._ways(vehicle, lane)]
         )
