@@ -217,8 +217,11 @@ def _room_to_light_m(trip: GrantedPass, inside_m: float, slow: float, now_s: flo
         signal, ahead_m = own.over.signal, own.over.ahead_m - inside_m
         if own.leg is not trip.leg or own.lit or signal is None or ahead_m < 0.0:
             continue
-        needs_s = time_s(ahead_m, other.speed, other.make.sure_accel, slow)
-        if signal.stays_open_s(now_s) < needs_s + _APART_S:
+        slow_s = time_s(ahead_m, other.speed, other.make.sure_accel, slow) + _APART_S
+        fast_s = time_s(ahead_m, other.speed, other.make.accel, other.make.top)
+        fixed = signal.lamp.program.fixed  # it may be red now, and surely open when the vehicle gets there
+        open_s = slow_s if fixed and signal.opens_s(now_s, fast_s, slow_s) == fast_s else 0.0
+        if max(open_s, signal.stays_open_s(now_s)) < slow_s:
             return ahead_m
     return inf
 
