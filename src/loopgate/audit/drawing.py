@@ -33,7 +33,8 @@ class DrawnConflict:
 
     The front of a body can touch from `begin_m` on, its rear up to `end_m`: arc lengths [m]. `movement` and
     `foe` are the lanes of the two fronts. Bodies on these lanes can touch in several zones, for example at
-    both ends of the lanes: `zone` is the number of this zone.
+    both ends of the lanes, and a bus touches a car elsewhere than another bus: `zone` is the number of this
+    zone.
     """
 
     movement: str
@@ -235,8 +236,8 @@ def conflicts_by_loop(layout: Layout, drawn: Drawn) -> dict[str, list[DrawnConfl
 
 
 def _meet(one: Side, other: Side) -> bool:
-    """Return whether two groups of fronts on one lane are near each other and lie over the same lanes."""
-    if one.under != other.under:
+    """Return whether two groups of fronts on one lane are near each other, and the bodies lie alike."""
+    if (one.under, one.length_m) != (other.under, other.length_m):
         return False
     first, last = (one, other) if one.begin_m <= other.begin_m else (other, one)
     return last.begin_m - (first.begin_m + first.fronts_m) <= _APART_M

@@ -438,6 +438,21 @@ def test_two_lanes_that_meet_at_both_ends_are_kept_apart_there() -> None:
     assert [(c.begin_m, c.zone) for c in found["c"]] == [(0.0, 1), (45.0, 0)]
 
 
+def test_a_bus_that_a_car_touches_nearer_than_another_bus_is_told_apart() -> None:
+    """The stretch on which two buses touch is none between a bus and a car that turn on the same lane."""
+    bus = Side("a", "B_0", 0.0, -7.0, 5.0, waits=False, shortest=True, length_m=12.0)
+    car = Side("c", ":J_1_0", 0.0, 4.0, 9.0, waits=False, shortest=True, length_m=5.0)
+    meetings = [
+        Meeting(bus, car, ({"a": 0.0}, {"c": 0.0})),
+        Meeting(bus._replace(end_m=3.0), car._replace(loop="b", length_m=12.0), ({"a": 0.0}, {"b": 0.0})),
+    ]
+    plan = layout()
+    plan = dataclasses.replace(plan, loops={**plan.loops, "b": plan.loops["c"]})
+    found = conflicts_by_loop(plan, meetings)
+    assert [(c.end_m, c.zone) for c in found["a"]] == [(-7.0, 0), (3.0, 1)]
+    assert [c.zone for name in ("c", "b") for c in found[name]] == [0, 1]
+
+
 def test_lanes_touched_on_different_ways_to_them_are_told_apart() -> None:
     """Who turns round onto a road touches others at its beginning than who comes straight onto it."""
     turned = Side("a", "B_0", 0.0, -2.0, 3.0, waits=False, shortest=True, under=frozenset({1, 2}))
