@@ -40,6 +40,9 @@ IN_THE_WAY: Final = 3
 
 _BEYOND_M: Final = 0.5
 _APART_S: Final = 0.5
+_REACTS_S: Final = 1.0
+"""A driver slows down so much sooner for a lower limit than it must [s]."""
+
 _AHEAD_S: Final = 2.0
 _GAP_M: Final = 2.5
 _NEXT: Final = 1 << 60
@@ -107,7 +110,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe, now_s:
     if not other.make.foreseen or not trip.quiet or inside_m < max(_BEYOND_M, shared.from_m):
         return IN_THE_WAY
     make = vehicle.make
-    slow = other.make.surely(trip.over.speed)
+    slow = other.make.surely(_limit(trip, shared.to_m + other.make.length_m))
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
     reach_m = vehicle.line_m - vehicle.front_m + foe.from_m
     reached_s = time_s(reach_m, vehicle.speed, make.accel, make.top) - _APART_S
@@ -143,7 +146,7 @@ def _passes_first(
     if vehicle.leg.inner:
         reached_s = max(reached_s, _own_red_s(vehicle, enters_m, now_s))
     left_m = shared.to_m + other.make.length_m + _BEYOND_M - inside_m
-    slow = other.make.surely(min(theirs.speed, shared.least))
+    slow = other.make.surely(min(_limit(trip, shared.to_m + other.make.length_m), shared.least))
     passed_s = time_s(left_m, other.speed, other.make.weak_accel, slow)
     if passed_s + _AHEAD_S > reached_s:
         return False
@@ -224,6 +227,20 @@ def _room_to_light_m(trip: GrantedPass, inside_m: float, slow: float, now_s: flo
         if max(open_s, signal.stays_open_s(now_s)) < slow_s:
             return ahead_m
     return inf
+
+
+def _limit(trip: GrantedPass, past_m: float) -> float:
+    """Return the lowest limit that a vehicle heeds until its front is at `past_m` from its stop line [m/s].
+
+    It brakes early for a lower limit on the next movement of the same crossing.
+    """
+    limit, decel = trip.over.speed, trip.vehicle.make.decel
+    for later in trip.leg.passes:
+        if later.ahead_m > trip.over.ahead_m and later.speed < limit:
+            brakes_m = (limit * limit - later.speed * later.speed) / (2.0 * decel)
+            if later.ahead_m - past_m < brakes_m + limit * _REACTS_S:
+                limit = later.speed
+    return limit
 
 
 def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:

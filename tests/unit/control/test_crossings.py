@@ -190,6 +190,15 @@ def test_a_vehicle_of_which_nothing_is_foreseen_wakes_the_other_when_it_is_past(
     assert (found.vehicle, found.until_m) == (scene.b, 65.5)
 
 
+@pytest.mark.parametrize(("ahead_m", "found"), [(16.0, IN_THE_WAY), (60.0, BEFORE)])
+def test_one_slows_down_for_a_lower_limit_farther_on_its_crossing(ahead_m: float, found: str) -> None:
+    """`b` is fast and has 6 m to go, but brakes for a curve right behind; not for one far on."""
+    scene = Crossed("b", (49.98, 59.5))
+    assert scene.found() == BEFORE
+    scene.trip.leg.passes.append(Pass(scene.trip.over.movement, 5.0, -inf, ahead_m, first=False))
+    assert scene.found() == found
+
+
 @pytest.mark.parametrize(("foreseen", "free"), [((False, True), True), ((True, False), False)])
 def test_a_vehicle_is_foreseen_by_itself(foreseen: tuple[bool, bool], free: bool) -> None:  # noqa: FBT001  a case
     """The one that goes first must be foreseen, whichever comes after it."""
