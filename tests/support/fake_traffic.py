@@ -273,6 +273,10 @@ class FakeTraffic:
         """No vehicle stops."""
         return False
 
+    def awaits_lot(self, vehicle: str) -> bool:  # noqa: ARG002  as above
+        """Return False."""
+        return False
+
     def stays_s(self, vehicle: str) -> float:  # noqa: ARG002  the protocol's
         """No vehicle stops."""
         return 0.0

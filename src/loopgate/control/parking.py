@@ -141,7 +141,7 @@ def has_slot_for(vehicle: Vehicle, *, first: bool = False) -> bool:
     """
     place = vehicle.leg.place
     free = place.slots - len(place.bodies)
-    if free <= 0 or place.shut or place.closed or place.mover is not None:
+    if free <= 0 or place.shut or place.closed or (free == 1 and place.mover is not None):
         return False
     if free == 1 and place.kept_for is not None and not first:
         return False
@@ -233,7 +233,7 @@ class Parking:
         now_s, step_s = self._traffic.now_s, self._traffic.step_s
         self._let_go()
         for vehicle, at_m in self._parked_m.items():
-            if abs(vehicle.front_m - at_m - vehicle.lot_m) < _ROUNDING_M:
+            if vehicle.front_m > at_m and abs(vehicle.front_m - at_m - vehicle.lot_m) < _ROUNDING_M:
                 vehicle.lot_m = 0.0  # SUMO has put it on its lane beside its lot, before it drives
         first_s: dict[Place, float] = {}
         """Since when the first vehicle waits to return to each place [s]."""

@@ -259,6 +259,9 @@ class Traffic(Protocol):
     def at_own_stop(self, vehicle: str) -> bool:
         """Return whether a vehicle stands at a stop of its own, not at a hold."""
 
+    def awaits_lot(self, vehicle: str) -> bool:
+        """Return whether a vehicle is on the lane of its next stop, a car park whose lots are all taken."""
+
     def stays_s(self, vehicle: str) -> float:
         """Return for how long a vehicle will stand at its current stop [s]; 0 without a current stop."""
 

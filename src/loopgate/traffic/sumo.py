@@ -410,6 +410,15 @@ class SumoStops:
         held = vehicle in self._holds and self._stop_number(vehicle) == 0
         return not held and bool(self._is_stopped(vehicle))  # a held one was released
 
+    def awaits_lot(self, vehicle: str) -> bool:
+        """Return whether a vehicle is on the lane of its next stop, a car park whose lots are all taken."""
+        return any(
+            stop.stopFlags & _FLAGS["parkingArea"]
+            and stop.lane == self._lane_of(vehicle)
+            and self.is_full(stop.stoppingPlaceID)
+            for stop in self._stops_of(vehicle, 1)
+        )
+
     def stops_ended(self) -> Sequence[str]:
         ids: Sequence[str] = self._simulation.getStopEndingVehiclesIDList()
         return ids

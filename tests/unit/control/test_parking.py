@@ -7,7 +7,7 @@ from fake_traffic import FakeTraffic, FakeVehicle
 
 from loopgate.control.diary import Row
 from loopgate.control.ledger import Ledger
-from loopgate.control.parking import Parking
+from loopgate.control.parking import Parking, has_slot_for
 from loopgate.control.places import Leg, Make, Place, Vehicle, joined
 from loopgate.control.rules import usual
 from loopgate.network.stops import Stop
@@ -92,15 +92,26 @@ def test_a_parked_vehicle_holds_no_slot_until_its_stop_is_nearly_over() -> None:
     assert (road.parking.parked, road.parking.late_s) == (1, 0.0)
 
 
-def test_one_that_has_been_put_beside_its_lot_is_there_and_no_farther() -> None:
+@pytest.mark.parametrize("lot_m", [15.0, 0.3])
+def test_one_that_has_been_put_beside_its_lot_is_there_and_no_farther(lot_m: float) -> None:
     """SUMO does so a step before it drives. Counted as far ahead once more, it was driven into."""
-    road = Road(lot_m=15.0)
+    road = Road(lot_m=lot_m)
     left_m = road.car.left_m()
     road.step()
     assert road.car.left_m() == left_m
-    road.car.front_m += 15.2
+    road.car.front_m += lot_m + 0.2
     road.step()
     assert road.car.left_m() == pytest.approx(left_m - 0.2)
+
+
+def test_one_returns_although_slots_are_kept_if_more_than_one_is_free() -> None:
+    """Else those who wait for its lot wait for good, behind whom the slot is kept."""
+    road = Road()
+    road.place.mover = road.put("a", 5.0)
+    assert has_slot_for(road.car)
+    road.put("b", 12.5)
+    road.put("c", 20.0)
+    assert not has_slot_for(road.car)
 
 
 def test_one_that_sumo_keeps_off_gives_its_slot_back_and_tries_again() -> None:

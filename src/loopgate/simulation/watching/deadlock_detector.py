@@ -115,6 +115,9 @@ class Watched(Protocol):
     def at_own_stop(self, vehicle: str) -> bool:
         """Return whether a vehicle is at a stop of its own, which ends."""
 
+    def awaits_lot(self, vehicle: str) -> bool:
+        """Return whether a vehicle waits for a lot of the car park where it stops next."""
+
 
 class DeadlockDetector:
     """Checks the vehicles at intervals, and reports each deadlock once.
@@ -255,7 +258,7 @@ class DeadlockDetector:
 
         That is a refusal, a stop of its own, or a breakdown.
         """
-        if vehicle in self._halted or self._traffic.at_own_stop(vehicle):
+        if vehicle in self._halted or self._stops(vehicle):
             self._kept_at[vehicle] = now
             return False  # it waits for no vehicle
         if self._at_gate is not None and self._at_gate(vehicle) is not None:
@@ -317,7 +320,11 @@ class DeadlockDetector:
         """Return why a vehicle stands that waits for no vehicle; empty if it may wait for one."""
         if vehicle in self._halted:
             return "breakdown"
-        return "stop" if self._traffic.at_own_stop(vehicle) else ""
+        return "stop" if self._stops(vehicle) else ""
+
+    def _stops(self, vehicle: str) -> bool:
+        """Return whether a vehicle is at a stop of its own, or before one without a free lot: both end."""
+        return self._traffic.at_own_stop(vehicle) or self._traffic.awaits_lot(vehicle)
 
     def _cause(self, vehicle: str) -> str:
         """Return why a vehicle stands that no other vehicle keeps back for good."""

@@ -29,6 +29,7 @@ class Standing:
         self.now_s = 0.0
         self.at_m = dict.fromkeys(waits, 0.0)
         self.pausing: set[str] = set()
+        self.awaiting: set[str] = set()
         self.ways: dict[str, list[list[str]]] = {}
         self.standing: Collection[str] = ()
         self.restless: AbstractSet[str] = frozenset()
@@ -45,6 +46,9 @@ class Standing:
 
     def at_own_stop(self, vehicle: str) -> bool:
         return vehicle in self.pausing
+
+    def awaits_lot(self, vehicle: str) -> bool:
+        return vehicle in self.awaiting
 
     def look(self, standing: Collection[str], restless: AbstractSet[str]) -> None:
         self.standing, self.restless = standing, restless
@@ -118,6 +122,14 @@ def test_who_is_at_a_stop_of_its_own_goes_on() -> None:
     watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
     found = named(watch, traffic, at_s=500.0, change=traffic.pausing.clear, until_s=900.0)
     assert [deadlock.noticed_at_s for deadlock in found] == [550.0]
+
+
+def test_who_waits_for_a_lot_goes_on_when_one_is_free() -> None:
+    """The next behind it may come so near that it keeps it from backing away; it does not have to."""
+    traffic = Standing({"a": ["b"], "b": ["a"]})
+    traffic.awaiting = {"a"}
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    assert list(named(watch, traffic, until_s=900.0)) == []
 
 
 def test_jams_are_of_those_that_may_stand_for_good() -> None:
