@@ -221,10 +221,24 @@ These drive by SUMO's rules among the others; {apart} such runs lock up."""
     return f"{' '.join(said.split())}\n\n{markdown(by_class(runs))}"
 
 
+def beside_unlit(runs: pd.DataFrame, shares: pd.DataFrame) -> str:
+    """Return what SUMO's drivers lose with the lights off, beside the gate, in a sentence for each kind."""
+    pairs = ((runs, "gate"), (shares, DARK))
+    gate, sumo = (some[some[RULE] == rule].set_index(SCENARIO)[c.MEAN_DELAY] for some, rule in pairs)
+    both = pd.concat([sumo, gate], axis=1, keys=["sumo", "gate"]).dropna().groupby(KIND)
+    said = [
+        f"at {kind}s {some['sumo'].mean():.0f} s, the gate {some['gate'].mean():.0f} s (less in "
+        f"{(some['gate'] < some['sumo']).sum()} of {len(some)})"
+        for kind, some in both
+    ]
+    return f"SUMO's drivers have their lights there. With the lights off they lose {'; '.join(said)}."
+
+
 def write(runs: pd.DataFrame) -> None:
     """Renew the tables of the README and of the page on throughput."""
-    write_section(markdown(in_short(runs)), SECTION, README)
-    write_section(section(runs), SECTION)
+    unlit = beside_unlit(runs, _kept(KEPT_SHARES))
+    write_section(f"{markdown(in_short(runs))}\n\n{unlit}", SECTION, README)
+    write_section(f"{section(runs)}\n\n{unlit}", SECTION)
 
 
 def some_of(configuration: str, called: str, share: int, given: argparse.Namespace) -> Path:

@@ -76,3 +76,16 @@ def test_shares_are_beside_sumo_with_the_same_lights() -> None:
     assert [*table["no more than SUMO, same lights"]] == ["0", "0", "1", "1"]
     assert [*table["no more than SUMO, its lights"]] == ["1", "1", "1", "1"]
     assert "6 runs" in study.shares_section(runs)
+
+
+def test_the_gate_stands_beside_sumo_with_the_lights_off_too() -> None:
+    """By scenario; those that only one of the two has driven do not count."""
+    names = ["kind", "demand", "scenario", "rule", "mean_delay_s"]
+    gate = pd.DataFrame(
+        [("ring", "400", name, "gate", delay_s) for name, delay_s in (("a", 10.0), ("b", 30.0), ("c", 99.0))],
+        columns=names,
+    )
+    dark = pd.DataFrame(
+        [("ring", "400", name, "SUMO, lights off", 20.0) for name in ("a", "b")], columns=names
+    )
+    assert "at rings 20 s, the gate 20 s (less in 1 of 2)" in study.beside_unlit(gate, dark)
