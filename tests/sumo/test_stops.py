@@ -17,6 +17,7 @@ from loopgate.network import RoadNetwork, generate_loops
 from loopgate.runs.run import read_run
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
+from loopgate.traffic.sumo import SumoTraffic
 
 pytestmark = pytest.mark.sumo
 
@@ -213,6 +214,26 @@ def test_who_parks_comes_back_before_those_that_wait_for_its_space(tmp_path: Pat
     )
     summary = run(tmp_path, text, f"{place}</additional>", duration_s=200.0)
     assert (summary["arrived"], summary["audit"], summary["collisions"]) == (3, "clean", 0)
+
+
+def test_who_waits_for_a_lot_is_known_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first parks; the others stand before its one lot, which is no deadlock, until it is free."""
+    place = '<additional><parkingArea id="p" lane="C2C1_0" startPos="10" endPos="60" roadsideCapacity="1"/>'
+    stop = '<stop parkingArea="p" duration="400"/>'
+    text = "".join(
+        f'<trip id="t{k}" depart="{5 * k}" from="B2C2" via="C2C1" to="C1B1">{stop}</trip>' for k in range(3)
+    )
+    said: dict[str, bool] = {}
+    ask = SumoTraffic.awaits_lot
+
+    def noting(traffic: SumoTraffic, vehicle: str) -> bool:
+        said[vehicle] = ask(traffic, vehicle)
+        return said[vehicle]
+
+    monkeypatch.setattr(SumoTraffic, "awaits_lot", noting)
+    summary = run(tmp_path, text, f"{place}</additional>", duration_s=200.0)
+    assert summary["deadlocks"] == []
+    assert said == {"t1": True, "t2": True}
 
 
 @pytest.mark.parametrize("length_m", [10, 13, 20])

@@ -30,6 +30,7 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import Final
 
+from loopgate.control.lamps import OPEN, RED
 from loopgate.control.lights import passes_lights
 from loopgate.control.places import Body, Foe, GrantedPass, Pass, Vehicle, braking_time_s, shared_by, time_s
 
@@ -204,7 +205,7 @@ def _own_red_s(vehicle: Vehicle, until_m: float, now_s: float) -> float:
     for over in vehicle.leg.inner:
         signal = over.signal
         if signal is not None and stops_m <= over.ahead_m <= until_m:
-            red_s = signal.red_for_s(now_s)
+            red_s = signal.stays_s(RED, now_s)
             if red_s > 0.0:
                 return red_s + (until_m - over.ahead_m) / make.top
     return 0.0
@@ -224,7 +225,7 @@ def _room_to_light_m(trip: GrantedPass, inside_m: float, slow: float, now_s: flo
         fast_s = time_s(ahead_m, other.speed, other.make.accel, other.make.top)
         fixed = signal.lamp.program.fixed  # it may be red now, and surely open when the vehicle gets there
         open_s = slow_s if fixed and signal.opens_s(now_s, fast_s, slow_s) == fast_s else 0.0
-        if max(open_s, signal.stays_open_s(now_s)) < slow_s:
+        if max(open_s, signal.stays_s(OPEN, now_s)) < slow_s:
             return ahead_m
     return inf
 

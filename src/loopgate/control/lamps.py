@@ -139,34 +139,21 @@ class Signal:
             left_s += phases[phase].longest_s
         return inf if closed else from_s
 
-    def red_for_s(self, now_s: float) -> float:
-        """Return for how long the light surely stays red [s]; 0 if it is not red now and in the next step."""
-        lamp = self.lamp
-        letters, phase, change_s = lamp.next_step(now_s)
-        if letters[self.link] not in RED or lamp.state[self.link] not in RED:
-            return 0.0
-        phases = lamp.program.phases
-        if not (lamp.program.fixed and phases):
-            return max(0.0, change_s - now_s)
-        for _ in range(len(phases)):
-            phase = phases[phase].following
-            if phases[phase].state[self.link] not in RED:
-                return change_s - now_s
-            change_s += phases[phase].longest_s
-        return inf
+    def stays_s(self, letters: str, now_s: float) -> float:
+        """Return for how long the light surely shows one of some letters [s].
 
-    def stays_open_s(self, now_s: float) -> float:
-        """Return for how long the light surely stays open [s]; 0 if it is closed now or in the next step."""
+        The result is 0 if it does not do so both now and in the next step.
+        """
         lamp = self.lamp
-        letters, phase, change_s = lamp.next_step(now_s)
-        if letters[self.link] not in OPEN or lamp.state[self.link] not in OPEN:
+        shown, phase, change_s = lamp.next_step(now_s)
+        if shown[self.link] not in letters or lamp.state[self.link] not in letters:
             return 0.0
         phases = lamp.program.phases
         if not (lamp.program.fixed and phases):
             return max(0.0, change_s - now_s)
         for _ in range(len(phases)):
             phase = phases[phase].following
-            if phases[phase].state[self.link] not in OPEN:
+            if phases[phase].state[self.link] not in letters:
                 return change_s - now_s
             change_s += phases[phase].longest_s
         return inf
