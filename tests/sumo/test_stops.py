@@ -452,7 +452,8 @@ def test_buses_as_gtfs2pt_writes_them(tmp_path: Path) -> None:
     files = BUS + FEED + buses, f"<additional>{places}</additional>"
     moved = run(tmp_path, *files, move_stops=True, duration_s=900.0)
     assert (moved["arrived"], moved["stops"]["served"], moved["audit"]) == (3, 9, "clean")
-    assert any("1 stop moved, onto the lane: s2 by -" in line for line in moved["warnings"])
+    (told,) = (line for line in moved["warnings"] if "1 stop moved, onto the lane: s2 by -" in line)
+    assert told.endswith("for line0.0, line0.1, line0.2")
     visits = pd.read_parquet(tmp_path / "run" / "visits.parquet").query("stop == 's0'")
     assert (visits["due_s"] - visits["came_s"]).gt(0).all()
     assert visits["went_on_s"].sub(visits["due_s"]).abs().le(1.0).all()
@@ -477,3 +478,21 @@ def test_a_vehicle_with_a_timetable_departs_where_its_route_begins(gate: str, tm
     assert len(visits) >= 5
     assert (visits["went_on_s"] - visits["due_s"]).max() < 20.0
     assert visits[visits["vehicle"] == "x.0"]["due_s"].tolist()[:3] == [40.0, 120.0, 340.0]
+
+
+@pytest.mark.parametrize("beside", ["", '<vehicle id="v" route="r" depart="5"/>'])
+def test_a_flow_that_no_gate_drives_counts_beside_ordinary_traffic(beside: str, tmp_path: Path) -> None:
+    """Under SUMO's rules, by its vehicles; the run ends with the last of them, not with the others."""
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><route id="q" edges="B0B1 B1B2 B2B3"/>'
+        '<flow id="o" route="q" begin="0" end="300" period="30"/></routes>'
+    )
+    flow = '<stop lane="A1A2_0" endPos="60" duration="5" speed="3"/>'
+    routes = (
+        '<route id="r" edges="A0A1 A1A2 A2A3"/>'
+        f'<flow id="f" route="r" begin="0" end="60" period="20">{flow}</flow>{beside}'
+    )
+    summary = run(tmp_path, routes, gate="open", traffic=str(tmp_path / "t.rou.xml"))
+    number = 3 + bool(beside)
+    assert (summary["vehicles"], summary["arrived"], summary["others"]["vehicles"]) == (number, number, 3)
+    assert summary["duration_s"] < 100

@@ -2,10 +2,12 @@
 
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from random import Random
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
@@ -22,6 +24,36 @@ _FLOWS = ("flow", "personFlow", "containerFlow")
 MOST_OF_SUMO = 1_000_000
 """Most vehicles and persons of flows in one run; SUMO makes them when they are due, and they take gigabytes.
 """
+
+
+@dataclass(frozen=True, slots=True)
+class Names(AbstractSet[str]):
+    """Names of vehicles, trips and flows; the vehicles of a flow are among them, as `FLOW.0`, `FLOW.1`."""
+
+    ids: frozenset[str]
+    flows: Mapping[str, Flow] = field(default_factory=dict, hash=False)
+
+    def __contains__(self, vehicle: object) -> bool:
+        flow, _, number = str(vehicle).rpartition(".")
+        return vehicle in self.ids or (number.isdecimal() and flow in self.flows)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.ids)
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def departing(self, end_s: float) -> Iterator[str]:
+        """Yield the names of all vehicles that depart before a time [s].
+
+        A flow whose departures SUMO draws stands for its vehicles, since nobody knows their number.
+        """
+        yield from self.ids - self.flows.keys()
+        for name, flow in self.flows.items():
+            if flow.rate_per_s is not None or flow.probability is not None:
+                yield name
+            else:
+                yield from (f"{name}.{k}" for k, _ in flow.departures_s(-math.inf, end_s, Random(0)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +84,18 @@ class TrafficFile:
         when = f"from {begin_s:g} to {end_s:g} s, the time of the run, but from {first_s:g} to {last_s:g} s"
         return (f"{self.file}: no vehicle departs {when}: give a .sumocfg that begins then as NETWORK",)
 
-    def check_names(self, vehicles: Iterable[str]) -> None:
+    @property
+    def names(self) -> Names:
+        """The names of its vehicles, those of flows included."""
+        return Names(self.ids, {name: flow for name, flow in self.flows if name in self.ids})
+
+    def check_names(self, vehicles: AbstractSet[str]) -> None:
         """Raise `RouteError` if a vehicle of `vehicles` has the name of an ordinary vehicle or a flow's."""
-        flows = self.ids & {flow for flow, _ in self.flows}
-        twice = next((v for v in vehicles if v in self.ids or _flow_of(v) in flows), None)
+        mine = self.names
+        twice = next((v for v in vehicles if v in mine), next((v for v in mine if v in vehicles), None))
         if twice is not None:
             msg = f"{self.file}: vehicle {twice}: a vehicle on a loop has that name too; rename one"
             raise RouteError(msg)
-
-
-def _flow_of(vehicle: str) -> str:
-    """Return the flow that SUMO would name a vehicle after, as it does `FLOW.0`, `FLOW.1`; empty if none."""
-    flow, _, number = vehicle.rpartition(".")
-    return flow if number.isdecimal() else ""
 
 
 def read_traffic(file: Path | str) -> TrafficFile:
@@ -97,16 +128,17 @@ def read_traffic(file: Path | str) -> TrafficFile:
         persons |= any(next(top.iter(tag), None) is not None for tag in _PERSONS)
         departing = (one for tag in (*_VEHICLES, *_PERSONS) for one in top.iter(tag))
         departs_s += map(_departs_s, departing)
-        flows += _flows(one for tag in _FLOWS for one in top.iter(tag))
+        flows += read_flows(one for tag in _FLOWS for one in top.iter(tag))
     if not ids and not persons:
         msg = f"{path}: no vehicles in it; expected <vehicle>, <trip> or <flow> elements as ordinary traffic"
         raise RouteError(msg)
     return TrafficFile(path, routes, additional, frozenset(ids), tuple(departs_s), tuple(flows))
 
 
-def _flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
+def read_flows(elements: Iterable[ET.Element]) -> Iterator[tuple[str, Flow]]:
+    """Yield names and departures of flows; SUMO judges those that say nothing of use."""
     for element in elements:
-        with suppress(RouteError):  # for SUMO to judge
+        with suppress(RouteError):
             yield element.get("id", ""), read_flow(element, "")
 
 
@@ -115,7 +147,7 @@ def flows_in(files: Iterable[Path]) -> list[tuple[str, Flow]]:
 
     Raises `RouteError` if an include has no name, or is endless.
     """
-    return [flow for _, one in elements_in(files) if one.tag in _FLOWS for flow in _flows([one])]
+    return [flow for _, one in elements_in(files) if one.tag in _FLOWS for flow in read_flows([one])]
 
 
 def elements_in(files: Iterable[Path]) -> Iterator[tuple[Path, ET.Element]]:

@@ -201,9 +201,9 @@ def assemble(scenario: Scenario) -> Assembly:
         abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
     if scenario.gated and abstraction is not None:
         if scenario.move_stops:
-            vehicles, one = moved_stops(vehicles, abstraction)
-            later, other = moved_stops(later, abstraction)
-            warnings = (*warnings, *one, *other)
+            ways_of_all = (*abstraction.itineraries, *abstraction.later)
+            (vehicles, later), told = moved_stops([vehicles, later], ways_of_all)
+            warnings = (*warnings, *told)
         unstopping = cannot_stop(scenario, [*vehicles, *later], abstraction)
         apart |= unstopping
         ordinary += [v for v in (*vehicles, *later) if v.id in unstopping]

@@ -13,7 +13,7 @@ from loopgate.errors import NobodyGatedError, ScenarioError
 from loopgate.network import RoadNetwork
 from loopgate.network.additional import type_names
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
-from loopgate.network.traffic_file import TrafficFile, check_flows, flows_in, read_traffic
+from loopgate.network.traffic_file import Names, TrafficFile, check_flows, flows_in, read_flows, read_traffic
 from loopgate.network.ungated import UngatedFleet
 from loopgate.results.columns import BEGINS
 from loopgate.results.recorder import Recorder
@@ -91,7 +91,8 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
         detector.again = scenario.on_deadlock == "teleport"
         collisions = CollisionLog(traffic, recorder, course, own=own)
         guard = [DiskGuard(folder / run_folder.POSITIONS).check] if scenario.positions else []
-        drive = PlainDrive(traffic, mileage, own)
+        end_s = begins + scenario.warmup_s + scenario.duration_s
+        drive = PlainDrive(traffic, mileage, None if own is None else own.departing(end_s))
         run_to_end(
             drive,
             traffic,
@@ -110,7 +111,6 @@ def run_plainly(scenario: Scenario, folder: Folder, tick: Tick, backend: str) ->
     _write_flow(rows, mileage, found, folder)
     folder.write_vehicles(tallies)
     folder.write_edges([], begin_s=course.begin_s, end_s=max(course.end_s, course.begin_s + 1.0))
-    end_s = begins + scenario.warmup_s + scenario.duration_s
     absent = ordinary.absent(begins, end_s) if ordinary else ()
     notes = [*said.notes, *said.taken_over_by(options), *absent]
     if course.outcome != "interrupted":
@@ -155,7 +155,7 @@ def _check_flows(scenario: Scenario, ordinary: TrafficFile | None) -> None:
 
 def _own_files(
     scenario: Scenario, folder: Folder, said: SumoOptions, ordinary: TrafficFile | None
-) -> tuple[list[str], frozenset[str] | None]:
+) -> tuple[list[str], Names | None]:
     """Return SUMO's options for network and routes, if the scenario names a route file.
 
     The second value has the names of the vehicles whose trips are reported, where there is ordinary traffic
@@ -173,7 +173,11 @@ def _own_files(
     write_ordinary(vehicles, folder / run_folder.ORDINARY, known=type_names(beside), ungated=ungated)
     own, routes = None, [str(folder / run_folder.ORDINARY)]
     if ordinary:
-        own = frozenset((*(v.id for v in vehicles), *(v.id for v in ungated.vehicles)))
+        apart = [one.element for one in ungated.vehicles]
+        own = Names(
+            frozenset((*(v.id for v in vehicles), *(v.id for v in ungated.vehicles))),
+            dict(read_flows(one for one in apart if one.tag == "flow")),
+        )
         ordinary.check_names(own)
         beside = tuple(dict.fromkeys((*beside, *ordinary.additional_files)))
         routes += map(str, ordinary.route_files)
@@ -187,12 +191,12 @@ def _own_files(
 
 def _unchanged(
     scenario: Scenario, network: Path, said: SumoOptions, ordinary: TrafficFile | None
-) -> tuple[list[str], frozenset[str] | None]:
+) -> tuple[list[str], Names | None]:
     """Return what `_own_files` returns, with the vehicles of the route file as the file has them."""
     mine = read_traffic(scenario.routes)
     every = [mine, ordinary] if ordinary else [mine]
     if ordinary:
-        ordinary.check_names(mine.ids)
+        ordinary.check_names(mine.names)
     routes = ",".join(str(file) for one in every for file in one.route_files)
     options = ["--net-file", str(network), "--route-files", routes]
     beside = [
@@ -204,7 +208,7 @@ def _unchanged(
     if not is_sumo_config(scenario.network):
         begin_s = scenario.begin_s if scenario.begin_s >= 0.0 else max(0.0, min(s for s, _ in mine.departs_s))
         options += ["--begin", f"{begin_s:g}"]
-    return options, mine.ids if ordinary else None
+    return options, mine.names if ordinary else None
 
 
 class PlainDrive:
@@ -213,7 +217,7 @@ class PlainDrive:
     `left`: the vehicles whose trips are reported and that have not arrived; None for all vehicles.
     """
 
-    def __init__(self, traffic: Traffic, mileage: Mileage, own: frozenset[str] | None) -> None:
+    def __init__(self, traffic: Traffic, mileage: Mileage, own: Iterable[str] | None) -> None:
         self._traffic, self._mileage = traffic, mileage
         self._left = None if own is None else set(own)
         self.sumo_s = 0.0

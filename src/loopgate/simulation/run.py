@@ -314,14 +314,14 @@ def _input_options(
     scale = option_of(scenario, "scale", 1.0) if scenario.gated else 1.0
     routes = ["--route-files", ""] if said.configured else []
     if ordinary:
-        ordinary.check_names(assembly.names)
+        ordinary.check_names(frozenset(assembly.names))
         beside, routes = tuple(dict.fromkeys((*beside, *ordinary.additional_files))), ordinary.options()
     if assembly.others:
         file = folder / run_folder.ORDINARY
         known = type_names(beside)
         write_ordinary(assembly.ordinary, file, known=known, ungated=assembly.ungated, scale=scale)
         if ordinary:
-            ordinary.check_names(assembly.others)
+            ordinary.check_names(frozenset(assembly.others))
         routes = ["--route-files", ",".join([*routes[1:], str(file)] if ordinary else [str(file)])]
     if scenario.gated:
         refuse_what_leads_off(beside, assembly.loops, assembly.incidents.closures)

@@ -8,9 +8,10 @@ from roads import roads
 from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import ScenarioError
-from loopgate.network import VehicleType, make_loop
+from loopgate.network import VehicleDemand, VehicleType, make_loop
 from loopgate.network.route_lanes import make_route
 from loopgate.network.stops import Stop, on_loop
+from loopgate.simulation.demand.apart import moved_stops
 
 NET = roads(
     {"a": (100, 2), "b": (60, 2), "c": (100, 2)},
@@ -86,3 +87,18 @@ def test_a_stop_moves_to_the_nearest_position(
     (stop,), moved = move_stops(way, BUS, stops)
     assert (stop.lane, round(stop.end_m, 1), stop.name) == ("b_0", to_m, "here")
     assert {name: round(m, 1) for name, m in moved.items()} == ({} if by_m is None else {"here": by_m})
+
+
+def test_one_line_tells_of_moved_stops_for_whom() -> None:
+    """Also where vehicles of two lengths move a stop by different metres, and some depart later."""
+    cut = lay_out_queues(NET, [(LOOP, BUS)])
+    here = on_loop(LOOP, [Stop("here", "busStop", "b_0", 0.0, 9.0)], "v")
+    there = on_loop(LOOP, [Stop("there", "busStop", "b_0", 0.0, 40.0)], "v")
+    van = VehicleType("van", 10.0)
+    v, w, *later = (VehicleDemand(name, LOOP, BUS, stops=here) for name in "vwxyz")
+    (now, then), told = moved_stops(
+        [[v, replace(w, type=van)], [*later, VehicleDemand("fits", LOOP, BUS, stops=there)]],
+        cut.itineraries.values(),
+    )
+    assert told == ("1 stop moved, onto the lane: here by +3.5 m for v, x, y and 1 more, by +1.5 m for w",)
+    assert [one.stops[0].end_m for one in (*now, *then)] == [12.5, 10.5, 12.5, 12.5, 12.5, 40.0]

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from loopgate.errors import RouteError
-from loopgate.network.traffic_file import flows_in, read_traffic
+from loopgate.network.traffic_file import Names, flows_in, read_traffic
+from loopgate.network.vehicle_demand import Flow
 
 ROUTES = """<routes>
     <vType id="bus" length="12"/>
@@ -22,11 +23,23 @@ def test_a_route_file(tmp_path: Path) -> None:
     found = read_traffic(file)
     assert found.ids == {"a", "b", "c"}
     assert found.options() == ["--route-files", str(file)]
-    found.check_names(["v1", "v2"])
+    found.check_names({"v1", "v2"})
     with pytest.raises(RouteError, match="vehicle c: a vehicle on a loop has that name too"):
-        found.check_names(["v1", "c"])
+        found.check_names({"v1", "c"})
     with pytest.raises(RouteError, match=r"vehicle b\.4: a vehicle on a loop has that name too"):
-        found.check_names(["a.1", "c.4", "b.x", "b.4"])
+        found.check_names({"a.1", "c.4", "b.x", "b.4"})
+
+
+def test_names_of_flows() -> None:
+    """Its vehicles have the flow's name and a number; nobody knows how many are drawn at random."""
+    names = Names(
+        frozenset({"a", "b", "c"}), {"b": Flow(end_s=9.0, period_s=3.0), "c": Flow(probability=0.5)}
+    )
+    assert [name in names for name in ("a", "b", "b.1", "c.70", "a.0", "b.x", "d.0")] == [
+        *4 * [True],
+        *3 * [False],
+    ]
+    assert set(names.departing(8.0)) == {"a", "b.0", "b.1", "b.2", "c"}
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,14 @@
 A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that no gate can drive is refused.
 """
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from random import Random
 
-from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.itinerary import Abstraction, Itinerary
 from loopgate.abstraction.movements import least_apart_m, least_change_m, narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
@@ -22,14 +22,14 @@ from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
 from loopgate.network.ungated import UngatedFleet, by_kind
 from loopgate.network.vehicle_demand import RoutesFile
-from loopgate.reading import counted, is_file, read_words, refusing, shown
+from loopgate.reading import counted, is_file, listed, read_words, refusing, shown
 from loopgate.simulation.demand.allotment import by_departure, evenly_round
 from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import highest_limits, why_unsafe
 from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew, led_off
 
-_MOST_SHOWN = 5
+_MOST_SHOWN, _MOST_NAMED = 5, 3
 
 
 def choose_gated(
@@ -382,19 +382,29 @@ def cannot_stop(
 
 
 def moved_stops(
-    vehicles: Sequence[VehicleDemand], abstraction: Abstraction
-) -> tuple[list[VehicleDemand], tuple[str, ...]]:
-    """Return vehicles with their stops moved to where they can be made, and a line that says by how much."""
-    ways = {way.loop.id: way for way in (*abstraction.itineraries, *abstraction.later)}
-    found, every = [], dict[str, float]()
-    for v in vehicles:
-        stops, by_m = v.stops, dict[str, float]()
-        if v.stops and v.loop.id in ways:
-            stops, by_m = move_stops(ways[v.loop.id], v.type, v.stops)
-        every |= by_m
-        found.append(replace(v, stops=stops) if by_m else v)
-    told = ", ".join(f"{name} by {m:+.1f} m" for name, m in list(every.items())[:_MOST_SHOWN])
-    more = f" and {len(every) - _MOST_SHOWN} more" if len(every) > _MOST_SHOWN else ""
+    groups: Sequence[Sequence[VehicleDemand]], ways: Iterable[Itinerary]
+) -> tuple[list[list[VehicleDemand]], tuple[str, ...]]:
+    """Return groups of vehicles with their stops moved to where they can be made, and a line about that.
+
+    How far a stop moves differs by vehicle: by its length, and by the lanes of its way.
+    """
+    by_loop = {way.loop.id: way for way in ways}
+    every: dict[str, dict[str, list[str]]] = {}
+    found: list[list[VehicleDemand]] = []
+    for group in groups:
+        found.append([])
+        for v in group:
+            stops, by_m = v.stops, dict[str, float]()
+            if v.stops and v.loop.id in by_loop:
+                stops, by_m = move_stops(by_loop[v.loop.id], v.type, v.stops)
+            for name, m in by_m.items():
+                every.setdefault(name, {}).setdefault(f"{m:+.1f} m", []).append(v.id)
+            found[-1].append(replace(v, stops=stops) if by_m else v)
+    told = "; ".join(
+        f"{name} " + ", ".join(f"by {m} for {listed(who, _MOST_NAMED)}" for m, who in moves.items())
+        for name, moves in list(every.items())[:_MOST_SHOWN]
+    )
+    more = f"; and {len(every) - _MOST_SHOWN} more" if len(every) > _MOST_SHOWN else ""
     return found, (f"{counted(len(every), 'stop')} moved, onto the lane: {told}{more}",) if every else ()
 
 
