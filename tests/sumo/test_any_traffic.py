@@ -21,6 +21,7 @@ from loopgate.cli.main import cli
 from loopgate.control import departures
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork
+from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
@@ -312,6 +313,25 @@ def test_who_fits_in_no_place_is_ordinary_and_named(tmp_path: Path) -> None:
     assert any("1 vehicle in ordinary traffic, first huge" in line for line in summary["warnings"])
     assert summary["trips"] == TRIPS
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["others"]["trips"] == 1
+
+
+@pytest.mark.parametrize("lights", ["obey", "off"])
+def test_drivers_who_ignore_others_or_lights_are_ordinary_and_named(lights: str, tmp_path: Path) -> None:
+    """One that drives at red only where others rely on lights."""
+    routes = demand(tmp_path)
+    rash = '<vType id="rash" jmDriveAfterRedTime="3"/>'
+    rash += '<trip id="late" type="rash" depart="9" from="A0A1" to="A3A4"/>'
+    for k in range(2):
+        blind = f'<param key="{("carFollowModel", "junctionModel")[k]}.ignoreTypes" value="car"/>'
+        rash += f'<trip id="blind{k}" depart="{k}" from="A0A1" to="A3A4">{blind}</trip>'
+    rash += f'<vehicle id="round" depart="0">{blind}<route edges="{SQUARES[0]}" repeat="9"/></vehicle>'
+    routes.write_text(routes.read_text(encoding="utf-8").replace("</routes>", f"{rash}</routes>"), "utf-8")
+    found = assemble(Scenario(network=GRID, routes=str(routes), lights=lights))
+    assert {v.id for v in found.ordinary} == {"blind0", "blind1", "round", *["late"] * (lights == "obey")}
+    assert sum("Model.ignoreTypes lets it drive into" in line for line in found.warnings) == 2
+    assert sum("jmDriveAfterRedTime lets it drive at red" in line for line in found.warnings) == (
+        lights == "obey"
+    )
 
 
 def test_nobody_is_kept_on_a_last_road_that_is_too_short_to_wait_on(tmp_path: Path) -> None:

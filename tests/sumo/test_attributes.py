@@ -58,6 +58,7 @@ BAD = {
     "actionStepLength": "5",
     "minGap": "0.1",
     "jmIgnoreJunctionFoeProb": "0.5",
+    "jmDriveAfterRedTime": "3",
     "timeToTeleport": "20",
     "timeToTeleportBidi": "20",
 }
@@ -249,4 +250,4 @@ def test_what_the_page_says_is_so(tmp_path: Path, element: str, name: str, what:
     if what.endswith("refused"):
         kind = replace(_read(tmp_path, element, name, BAD[name]).vehicles[0].type)
         with pytest.raises(ScenarioError, match=name):
-            check_types({kind: 13.9}, step_s=1.0, source="x.rou.xml")
+            check_types({kind: 13.9}, step_s=1.0, obeys=True, source="x.rou.xml")

@@ -53,7 +53,7 @@ def test_nothing_is_foreseen_of_who_wants_to_be_slow(tmp_path: Path, monkeypatch
     (warning,) = summary["warnings"]
     assert "nothing is foreseen" in warning
     assert (summary["audit"], summary["collisions"], summary["trespasses"]) == ("clean", 0, 0)
-    monkeypatch.setattr(assembly, "unforeseen", lambda _network, _users: {})
+    monkeypatch.setattr(assembly, "unforeseen", lambda _network, _users, **_: {})
     foreseen = driven(tmp_path, UNTOLD)
     assert foreseen["warnings"] == []
     assert any("on the stretch that" in finding for finding in foreseen["audit"])

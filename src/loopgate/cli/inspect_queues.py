@@ -85,7 +85,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
 
 def _without_ordinary(roads: RoadNetwork, file: RoutesFile, step_s: float) -> RoutesFile:
     """Return the file without the vehicles that `loopgate run` leaves to ordinary traffic; name them."""
-    whys = of_no_safe_type(roads, file.vehicles, step_s)
+    whys = of_no_safe_type(roads, file.vehicles, step_s, obeys=False)
     rest = tuple(v for v in file.vehicles if v.id not in whys)
     if not rest:  # the run is refused
         rest, whys = file.vehicles, {}

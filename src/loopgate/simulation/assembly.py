@@ -400,10 +400,11 @@ def _peculiar(scenario: Scenario, network: RoadNetwork, vehicles: Sequence[Vehic
     """Refuse types that no gate can drive; return, by name, the types that cannot be foreseen and why."""
     users = [(vehicle.loop, vehicle.type) for vehicle in vehicles]
     limits = highest_limits(network, users)
-    check_types(limits, step_s=scenario.step_s, source=scenario.routes or scenario.network)
+    obeys = scenario.rule_for_lights == "obey"
+    check_types(limits, step_s=scenario.step_s, obeys=obeys, source=scenario.routes or scenario.network)
     if scenario.abstraction != "queues":
         return {}  # on segments there are no crossings to clear
-    return unforeseen(network, users)
+    return unforeseen(network, users, obeys=obeys)
 
 
 def _as_fit(

@@ -32,6 +32,18 @@ _LETS = {
 }
 """The highest harmless value of an attribute, and what a vehicle may do above it."""
 
+_LETS_AT_LIGHTS = {"jmDriveAfterRedTime": (0.0, "it drive at red where lights are obeyed")}
+"""The same where lights are obeyed; where they are not, nobody counts on a driver who stops at red."""
+
+_STOPS_EARLY, _AT_LINE_M = "jmStoplineGap", 1.0
+"""How far before a light a driver stops, and its usual value [m]. For a greater value drivers brake sooner,
+also on a crossing with a light farther on."""
+
+_IGNORES = tuple(
+    f"{model}.ignore{whom}" for model in ("carFollowModel", "junctionModel") for whom in ("IDs", "Types")
+)
+"""Parameters of a vehicle with which SUMO lets it drive as if other vehicles were not there."""
+
 _FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
 """Car-following models for which the time to clear a crossing can be predicted; SUMO's default is first."""
 
@@ -139,7 +151,7 @@ def with_defaults(kind: VehicleType, options: Mapping[str, str]) -> VehicleType:
     return replace(kind, attributes={**said, **more}) if more else kind
 
 
-def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, source: str) -> None:
+def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, obeys: bool, source: str) -> None:
     """Refuse vehicle types whose drivers keep smaller gaps than a gate needs, or do not stop where told.
 
     Parameters
@@ -148,6 +160,8 @@ def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, source: st
         Types of the vehicles under the gate, each with the highest speed limit on their ways [m/s].
     step_s
         Length of a simulation step [s].
+    obeys
+        Whether traffic lights are obeyed.
     source
         The file of the types, for the message.
 
@@ -157,7 +171,7 @@ def check_types(kinds: Mapping[VehicleType, float], *, step_s: float, source: st
         If measurements have not shown a type to be safe; the text names type, attribute and way out.
     """
     for kind, limit_mps in {kind.id: (kind, limit_mps) for kind, limit_mps in kinds.items()}.values():
-        reason = why_unsafe(kind, step_s, limit_mps)
+        reason = why_unsafe(kind, step_s, limit_mps, obeys=obeys)
         if reason:
             msg = f"{source}: vType {kind.id}: {reason}, or --gate open"
             raise ScenarioError(msg)
@@ -179,8 +193,11 @@ def highest_limits(
     return found
 
 
-def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float) -> str:
-    """Return why no gate can drive a vehicle type where the highest limit is `limit_mps`; "" if one can."""
+def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float, *, obeys: bool) -> str:
+    """Return why no gate can drive a vehicle type where the highest limit is `limit_mps`; "" if one can.
+
+    `obeys`: whether traffic lights are obeyed.
+    """
     model = kind.attributes.get(_MODEL, _FORESEEN[0])
     if model not in _FORESEEN + _UNFORESEEN:
         known = ", ".join(_FORESEEN + _UNFORESEEN)
@@ -199,7 +216,8 @@ def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float) -> str:
         )
     if kind.min_gap_m < _LEAST_GAP_M:
         return f"{_GAP} {kind.min_gap_m:g} is too small, bodies touch; give {_GAP} {_LEAST_GAP_M:g} m or more"
-    means = {name: text for name, (usual, text) in _LETS.items() if _number(kind, name, usual) > usual}
+    all_lets = _LETS | (_LETS_AT_LIGHTS if obeys else {})
+    means = {name: text for name, (usual, text) in all_lets.items() if _number(kind, name, usual) > usual}
     if kind.attributes.get(_LANES) == "SL2015":
         means[f"{_LANES} SL2015"] = "it change no lanes when told, and stand before merges for good"
     lets = next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
@@ -211,7 +229,15 @@ def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float) -> str:
     return f"{_MODEL} {model} with {overruns}" if overruns else ""
 
 
-def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) -> dict[str, str]:
+def why_ignoring(parameters: Mapping[str, str]) -> str:
+    """Return why no gate can drive a vehicle with these parameters; "" if one can."""
+    name = next((one for one in _IGNORES if parameters.get(one)), "")
+    return f"param {name} lets it drive into the vehicles that it names; leave it out" if name else ""
+
+
+def unforeseen(
+    network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]], *, obeys: bool
+) -> dict[str, str]:
     """Return the types whose time to clear a crossing cannot be predicted, with the reason.
 
     While a vehicle of such a type is on a crossing, other vehicles set out only when it has left the shared
@@ -221,6 +247,8 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
     ----------
     users
         For each vehicle its loop and its type.
+    obeys
+        Whether traffic lights are obeyed.
 
     Returns
     -------
@@ -233,7 +261,7 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
         limits = [network.lanes[span.lane_id].speed_mps for span in loop.spans if span.internal]
         _, before = fastest.get(kind.id, (kind, 0.0))
         fastest[kind.id] = kind, max([before, *limits])
-    found = [(name, _peculiarity(kind, limit)) for name, (kind, limit) in fastest.items()]
+    found = [(name, _peculiarity(kind, limit, obeys=obeys)) for name, (kind, limit) in fastest.items()]
     return {
         name: f"vType {name}: {what}: nothing is foreseen of them on crossings, which costs some throughput"
         for name, what in found
@@ -241,16 +269,17 @@ def unforeseen(network: RoadNetwork, users: Iterable[tuple[Loop, VehicleType]]) 
     }
 
 
-def _peculiarity(kind: VehicleType, limit_mps: float) -> str:
+def _peculiarity(kind: VehicleType, limit_mps: float, *, obeys: bool) -> str:
     """Return the attributes by which a type differs from SUMO's cars; empty if there are none."""
     model, accel, sigma = kind.attributes.get(_MODEL), _number(kind, "accel"), _number(kind, "sigma")
     minor = _number(kind, _MINOR, 0.0)
-    top = _number(kind, _DESIRED, limit_mps)
+    top, gap_m = _number(kind, _DESIRED, limit_mps), _number(kind, _STOPS_EARLY, _AT_LINE_M)
     checks = {
         f"{_MODEL} {model}": model in _UNFORESEEN,
         f"vClass {kind.vclass}": kind.vclass in _SLOWER_THAN_THEY_CAN and _DESIRED not in kind.attributes,
         f"sigma {sigma:g}": sigma >= 1.0,
         f"accel {accel:g} with {_MINOR} {minor:g}": accel * minor > _MOST_DAWDLING_MPS2,
+        f"{_STOPS_EARLY} {gap_m:g} where lights are obeyed": obeys and gap_m > _AT_LINE_M,
         f"{_DESIRED} {top:g} where the limit is {limit_mps:g} m/s": top < _LEAST_TOP * limit_mps,
     }
     return next((text for text, holds in checks.items() if holds), "")

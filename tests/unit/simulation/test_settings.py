@@ -20,7 +20,8 @@ from loopgate.simulation.settings import check_types, unforeseen
         (1.0, {"carFollowModel": "KraussOrig1", "actionStepLength": "0.5"}),
         (1.0, {"carFollowModel": "Daniel1", "tau": "2", "sigma": "0"}),
         (0.5, {"tau": "0.5", "actionStepLength": "0.5"}),
-        (0.1, {"jmIgnoreJunctionFoeProb": "0"}),
+        (0.1, {"jmIgnoreJunctionFoeProb": "0", "jmDriveAfterRedTime": "-1", "jmDriveRedSpeed": "3"}),
+        (1.0, {"jmDriveAfterYellowTime": "5", "jmIgnoreFoeProb": "1", "jmIgnoreFoeSpeed": "9"}),
         (1.0, {"carFollowModel": "IDM"}),
         (1.0, {"carFollowModel": "EIDM", "decel": "3"}),
         (1.0, {"carFollowModel": "ACC", "decel": "0.8"}),
@@ -28,7 +29,9 @@ from loopgate.simulation.settings import check_types, unforeseen
 )
 def test_what_keeps_clear_is_taken(step_s: float, attributes: dict[str, str]) -> None:
     """Types that were measured clean, and what SUMO makes of a type that says nothing."""
-    check_types({VehicleType("bus", attributes=attributes): 13.9}, step_s=step_s, source="r.rou.xml")
+    check_types(
+        {VehicleType("bus", attributes=attributes): 13.9}, step_s=step_s, obeys=True, source="r.rou.xml"
+    )
 
 
 @pytest.mark.parametrize(
@@ -40,6 +43,11 @@ def test_what_keeps_clear_is_taken(step_s: float, attributes: dict[str, str]) ->
         (1.0, {"actionStepLength": "2"}, "actionStepLength 2 is above the step of 1 s"),
         (0.5, {"actionStepLength": "1"}, "actionStepLength 1 is above the step of 0.5 s"),
         (1.0, {"jmIgnoreJunctionFoeProb": "0.1"}, "jmIgnoreJunctionFoeProb lets it drive into"),
+        (
+            1.0,
+            {"jmDriveAfterRedTime": "3"},
+            "jmDriveAfterRedTime lets it drive at red where lights are obeyed",
+        ),
         (1.0, {"sigma": "?", "tau": "0.25"}, "tau 0.25"),
         (
             1.0,
@@ -53,7 +61,13 @@ def test_what_comes_too_near_is_refused(step_s: float, attributes: dict[str, str
     """By file, type and attribute, in one line with the way out."""
     kinds = {VehicleType("car"): 13.9, VehicleType("bus", attributes=attributes): 20.0}
     with pytest.raises(ScenarioError, match=f"^r.rou.xml: vType bus: {words}.*, or --gate open$"):
-        check_types(kinds, step_s=step_s, source="r.rou.xml")
+        check_types(kinds, step_s=step_s, obeys=True, source="r.rou.xml")
+
+
+def test_who_drives_at_red_is_taken_where_no_light_counts() -> None:
+    """With lights off, nobody relies on a driver who stops at red."""
+    kinds = {VehicleType("bus", attributes={"jmDriveAfterRedTime": "3"}): 13.9}
+    check_types(kinds, step_s=1.0, obeys=False, source="r.rou.xml")
 
 
 def test_long_steps_are_for_no_gate() -> None:
@@ -81,13 +95,15 @@ def bs3d() -> RoadNetwork:
         ({"carFollowModel": "IDM"}, "carFollowModel IDM"),
         ({"desiredMaxSpeed": "4"}, "desiredMaxSpeed 4 where"),
         ({"jmSigmaMinor": "1"}, "accel 2.6 with jmSigmaMinor 1"),
+        ({"jmStoplineGap": "1", "jmStoplineGapMinor": "9"}, ""),
+        ({"jmStoplineGap": "2"}, "jmStoplineGap 2 where lights are obeyed"),
     ],
 )
 def test_of_whom_nothing_is_foreseen(bs3d: RoadNetwork, attributes: dict[str, str], words: str) -> None:
     """One warning for the type that is not as SUMO's cars are, none for those that are."""
     loops = find_loops(bs3d, 4).loops
     users = [(loop, VehicleType("car")) for loop in loops]
-    found = unforeseen(bs3d, [*users, (loops[0], VehicleType("odd", attributes=attributes))])
+    found = unforeseen(bs3d, [*users, (loops[0], VehicleType("odd", attributes=attributes))], obeys=True)
     assert list(found) == ["odd"] * bool(words)
     if words:
         assert re.match(f"vType odd: {words}.*: nothing is foreseen of them on crossings", found["odd"])
@@ -96,5 +112,8 @@ def test_of_whom_nothing_is_foreseen(bs3d: RoadNetwork, attributes: dict[str, st
 def test_classes_with_dynamics_of_their_own(bs3d: RoadNetwork) -> None:
     """SUMO gives bicycles a desired speed that it does not tell; it tells all of buses and motorcycles."""
     (loop,) = find_loops(bs3d, 1).loops
-    assert not unforeseen(bs3d, [(loop, VehicleType(kind, vclass=kind)) for kind in ("bus", "motorcycle")])
-    assert "vClass bicycle" in unforeseen(bs3d, [(loop, VehicleType("b", vclass="bicycle"))])["b"]
+    usual = [(loop, VehicleType(kind, vclass=kind)) for kind in ("bus", "motorcycle")]
+    early = (loop, VehicleType("early", attributes={"jmStoplineGap": "5"}))
+    assert not unforeseen(bs3d, [*usual, early], obeys=False)
+    found = unforeseen(bs3d, [(loop, VehicleType("b", vclass="bicycle"))], obeys=False)
+    assert "vClass bicycle" in found["b"]

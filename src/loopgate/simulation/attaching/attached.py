@@ -145,7 +145,7 @@ class Attached:
             raise TrafficError(msg)
         kind = self._sumo.kind(vehicle)
         loop = self._loop(vehicle, kind)
-        reason = why_unsafe(kind, self._traffic.step_s, self._limit_mps(loop, kind))
+        reason = self._why_unsafe(kind, loop)
         if reason:
             msg = f"vehicle {vehicle}: vType {kind.id}: {reason}"
             raise ScenarioError(msg)
@@ -155,9 +155,10 @@ class Attached:
                 raise ScenarioError(msg)
         return Newcomer(vehicle, loop, kind, self._traffic.now_s)
 
-    def _limit_mps(self, loop: Loop, kind: VehicleType) -> float:
-        """Return the highest speed limit on a loop [m/s]."""
-        return highest_limits(self._network, [(loop, kind)])[kind]
+    def _why_unsafe(self, kind: VehicleType, loop: Loop) -> str:
+        """Return why no gate can drive a vehicle of this type on a loop; empty if one can."""
+        limit_mps = highest_limits(self._network, [(loop, kind)])[kind]
+        return why_unsafe(kind, self._traffic.step_s, limit_mps, obeys=self._settings["lights"] == "obey")
 
     def _loop(self, vehicle: str, kind: VehicleType) -> Loop:
         """Return the loop of the vehicle's route: a known loop if the route is that loop or a part of it."""
@@ -288,7 +289,7 @@ class Attached:
             if name == before.id and "@" not in name:
                 continue
             kind = self._sumo.kind(vehicle)
-            why = why_unsafe(kind, self._traffic.step_s, self._limit_mps(self._loop(vehicle, kind), kind))
+            why = self._why_unsafe(kind, self._loop(vehicle, kind))
             if kind.vclass != before.vclass:
                 why = f"its class was {before.vclass} when it came under the gate and is {kind.vclass}"
             elif kind.min_gap_m > before.min_gap_m + _LONGER_M:

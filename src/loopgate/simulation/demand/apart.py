@@ -26,7 +26,7 @@ from loopgate.reading import counted, is_file, listed, read_words, refusing, sho
 from loopgate.simulation.demand.allotment import by_departure, evenly_round
 from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import highest_limits, why_unsafe
+from loopgate.simulation.settings import highest_limits, why_ignoring, why_unsafe
 from loopgate.simulation.sumo.devices import ReroutingPolicy, led_anew, led_off
 
 _MOST_SHOWN, _MOST_NAMED = 5, 3
@@ -320,7 +320,9 @@ def sort_out(
     if scenario.gated:
         own = scenario.abstraction == "queues" and not scenario.counts_vehicles
         asked = [v for v in (*vehicles, *later) if own or not v.loop.closed]
-        found.put_apart(of_no_safe_type(network, asked, scenario.step_s))
+        found.put_apart(
+            of_no_safe_type(network, asked, scenario.step_s, obeys=scenario.rule_for_lights == "obey")
+        )
         found.put_apart(led_off(files_beside(scenario, file), found.later))
         found.anew = led_anew(scenario, found.later)
     if scenario.rule_for_starts == "even":
@@ -356,11 +358,17 @@ def files_beside(scenario: Scenario, file: RoutesFile | None) -> list[Path]:
     return list(dict.fromkeys(files))
 
 
-def of_no_safe_type(network: RoadNetwork, vehicles: Sequence[VehicleDemand], step_s: float) -> dict[str, str]:
-    """Return the vehicles whose type no gate can drive, with the reason, by name."""
+def of_no_safe_type(
+    network: RoadNetwork, vehicles: Sequence[VehicleDemand], step_s: float, *, obeys: bool
+) -> dict[str, str]:
+    """Return the vehicles whose type or parameters no gate can drive with, with the reason, by name.
+
+    `obeys`: whether traffic lights are obeyed.
+    """
     limits = highest_limits(network, [(v.loop, v.type) for v in vehicles])
-    whys = {kind: why_unsafe(kind, step_s, limit) for kind, limit in limits.items()}
-    return {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in vehicles if whys[v.type]}
+    whys = {kind: why_unsafe(kind, step_s, limit, obeys=obeys) for kind, limit in limits.items()}
+    found = {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in vehicles if whys[v.type]}
+    return found | {v.id: why for v in vehicles if (why := why_ignoring(v.parameters))}
 
 
 def cannot_stop(
