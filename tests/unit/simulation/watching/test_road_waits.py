@@ -10,6 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 import pytest
+from roads import roads
 from shapely import LineString, Point
 
 from loopgate.network import Connection, Edge, RoadNetwork
@@ -267,6 +268,35 @@ def test_when_nothing_around_has_changed_for_long_everybody_around_is_a_set() ->
     scene = Scene({"a": HEAD, **others})
     assert scene.sets(100.0) == []
     assert scene.sets(250.0) == [["b", "c"]]
+
+
+(UPSTREAM,) = NETWORK.between("C0C1", "C1C2")
+
+
+@pytest.mark.parametrize(
+    ("at", "sets"),
+    [
+        (("C0C1_0", END_M - 1.0), [["b"]]),
+        ((UPSTREAM.via[0], 3.0), [["b"]]),
+        (("A1B1_0", END_M - 1.0), []),  # over 100 m away, at the second junction from here
+    ],
+)
+def test_who_comes_next_to_a_junction_is_around_also_from_the_roads_before(
+    at: tuple[str, float], sets: list[list[str]]
+) -> None:
+    """Nobody stands on C1C2: who comes there next has priority over a, and has not moved for long."""
+    assert Scene({"a": HEAD, "b": at}).sets(250.0) == sets
+
+
+@pytest.mark.parametrize(("behind", "sets"), [({}, [["b"]]), ({"c": ("e_1", 20.0)}, [["c"]])])
+def test_who_comes_next_onto_the_lane_beside_is_around(
+    behind: dict[str, tuple[str, float]], sets: list[list[str]]
+) -> None:
+    """Who is to drive onto it, if nobody is on it behind a driver; not d, which comes onto its own lane."""
+    network = roads({"e": (100, 2), "f": (100, 1), "g": (100, 1)}, ["f_0>e_1", "g_0>e_0"])
+    scene = Scene({"a": ("e_0", 60.0), "b": ("f_0", 95.0), "d": ("g_0", 95.0), **behind})
+    scene.edges = {"a": ("g", [])}
+    assert scene.sets(60.0, network=network) == sets
 
 
 @pytest.mark.parametrize("restless", ["a", "b"])
