@@ -39,7 +39,7 @@ from loopgate.simulation.demand.apart import (
     share_lanes,
     sort_out,
 )
-from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_long_stops
+from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_closed_stops, name_long_stops
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import (
@@ -191,6 +191,7 @@ def assemble(scenario: Scenario) -> Assembly:
         warnings = (*warnings, *name_long_stops(closed, detours))
     elif not scenario.gated and incidents.closures:
         detours = find_detours(network, closed, Incidents(incidents.closures))
+    warnings = (*warnings, *name_closed_stops([*vehicles, *later], incidents))
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from loopgate.abstraction.itinerary import pivot
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
-from loopgate.network.incidents import Incidents
+from loopgate.network.incidents import Closure, Incidents
 from loopgate.network.stops import Stop
 from loopgate.reading import counted, listed
 from loopgate.simulation.demand.apart import find_unfit
@@ -27,6 +27,8 @@ LONG_STOP_S = 300.0
 _U_TURN_S = 60.0
 """A U-turn counts as this much time, so that a path without one is chosen unless it is much longer [s]."""
 
+
+_MOST_NAMED = 3
 
 _SKIPPED = 3.0
 """The time of the loop's part that a detour leaves out counts this many times."""
@@ -292,3 +294,26 @@ def name_long_stops(vehicles: Sequence[VehicleDemand], found: FoundDetours) -> t
                 f"there until it goes on; {counted(len(through), 'other loop')} through that edge{led}"
             )
     return tuple(lines.values())
+
+
+def name_closed_stops(vehicles: Iterable[VehicleDemand], incidents: Incidents) -> tuple[str, ...]:
+    """Return a line about each stop on a road that is closed for a time, and whose stop it is.
+
+    No stop is left out: as in SUMO, who has to stop there waits before the road until it opens.
+    """
+    whose: dict[tuple[str, Closure], dict[str, None]] = {}
+    for v in vehicles:
+        for stop in v.stops:
+            for one in incidents.closures:
+                if one.lane == stop.lane or (one.edge == stop.edge and not one.lane):
+                    whose.setdefault((stop.name, one), {})[v.id] = None
+    return tuple(
+        f"stop {name} is on {one.lane or one.edge}, closed {_times(one)}: {listed(names, _MOST_NAMED)} may "
+        f"have to wait before it, since no stop is left out"
+        for (name, one), names in whose.items()
+    )
+
+
+def _times(closure: Closure) -> str:
+    until = f"to {closure.to_s:g} s" if closure.to_s < math.inf else "on"
+    return f"from {closure.from_s:g} s {until}"

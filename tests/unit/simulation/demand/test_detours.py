@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +13,13 @@ from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop, read_l
 from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.network.stops import Stop
 from loopgate.network.vehicle_type import DEFAULT_TYPE
-from loopgate.simulation.demand.detours import Detours, FoundDetours, find_detours, name_long_stops
+from loopgate.simulation.demand.detours import (
+    Detours,
+    FoundDetours,
+    find_detours,
+    name_closed_stops,
+    name_long_stops,
+)
 
 ROOT = Path(__file__).resolve().parents[4]
 GRID = RoadNetwork.open(ROOT / "networks/grid5-priority.net.xml")
@@ -78,6 +85,22 @@ def test_a_loop_with_a_name_like_that_of_a_detour_is_not_taken_for_one() -> None
     found = find_detours(GRID, vehicles, Incidents((Closure(edge, "", 0.0, 9.0),)))
     assert namesake.id not in found.own
     assert LOOPS[0].id in found.own.values()
+
+
+def test_a_stop_on_a_closed_road_is_named_with_who_has_to_wait() -> None:
+    """No stop is left out, as in SUMO; the other lanes of a road stay open."""
+    loop = LOOPS[0]
+    edge = loop.edges[1]
+    stop = Stop("market", "busStop", f"{edge}_0", 10.0, 60.0, 20.0)
+    buses = [VehicleDemand(f"bus{n}", loop, DEFAULT_TYPE, stops=(stop,)) for n in range(5)]
+    cars = [VehicleDemand("car", loop, DEFAULT_TYPE)]
+    closures = (Closure(edge, "", 60.0, 900.0), Closure(edge, f"{edge}_0", 5.0, math.inf))
+    others = (Closure(edge, f"{edge}_1", 0.0, 9.0), Closure(loop.edges[2], "", 0.0, 9.0))
+    who = "bus0, bus1, bus2 and 2 more may have to wait before it, since no stop is left out"
+    assert name_closed_stops([*buses, *cars], Incidents((*closures, *others))) == (
+        f"stop market is on {edge}, closed from 60 s to 900 s: {who}",
+        f"stop market is on {edge}_0, closed from 5 s on: {who}",
+    )
 
 
 def test_a_stop_that_is_longer_than_others_can_wait_is_named() -> None:
