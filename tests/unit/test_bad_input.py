@@ -420,6 +420,8 @@ SPAN = {"begin_m": 0, "end_m": 10, "lanes": ["e_0"], "entered": ""}
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": 5}], "legs": [LEG]}}},
         {"loops": {"l": {"length_m": 10, "spans": [SPAN | {"entered": "e_1"}], "legs": [LEG]}}},
         {"unregulated": ["e_1"]},
+        {"bridges": [{"x_m": 0, "y_m": "high", "one": ["e_0"], "other": ["e_1"]}]},
+        {"bridges": [{"x_m": 0, "y_m": 0, "one": ["e_0"], "other": []}]},
     ],
 )
 def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:
@@ -434,6 +436,7 @@ def test_layouts(tmp_path: Path, spoil: dict[str, Any]) -> None:
         "shapes": {"e_0": [[0, 0], [10, 0]]},
         "heights": {"e_0": 4.5},
         "unregulated": ["e_0"],
+        "bridges": [{"x_m": 0, "y_m": 0, "one": ["e_0"], "other": ["e_1"]}],
     }
     file = tmp_path / "layout.json"
     file.write_text(json.dumps(whole))

@@ -14,6 +14,7 @@ from loopgate.abstraction.rectangles import Overlaps, find_overlaps
 from loopgate.abstraction.swept_paths import Bodies, SweptPath, SweptPaths, drawn
 from loopgate.arrays import Flags, Floats, Ints
 from loopgate.cache import Cache
+from loopgate.network.bridges import find_bridges
 from loopgate.network.road import RoadNetwork
 
 SIDE_M = 0.2
@@ -84,7 +85,8 @@ def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
     A body is a rectangle from its front to its rear on its path, as SUMO draws it, with a margin. A jointed
     body is one rectangle for each lane on which it lies. Left out are bodies on one lane or on lanes of one
     edge, bodies that follow each other closely on one path, and bodies that leave one lane one after the
-    other: SUMO keeps these apart. Where the network has heights, a bridge does not touch the road below.
+    other: SUMO keeps these apart. A bridge does not touch the road below: heights tell it where the network
+    has them, otherwise `find_bridges` does.
 
     O(n log n + k) for n bodies, one for each metre of all paths, and k pairs of near bodies.
     """
@@ -98,8 +100,15 @@ def find_touches(network: RoadNetwork, paths: SweptPaths) -> Touches:
     a, b = overlaps.one, overlaps.other
     keep = ~ways.follow(path[a], path[b], body, a, b)
     a, b = a[keep], b[keep]
-    at, length = body.at_m, body.length_m
     touched = _touched(body, a, b), _touched(body, b, a)
+    names = np.array([one.lane for one in paths])
+    ahead_m = touched[0] - body.middle_m[a]
+    x, y = body.x[a] + body.ahead_x[a] * ahead_m, body.y[a] + body.ahead_y[a] * ahead_m
+    ground = np.ones(len(a), dtype=bool)
+    for bridge in find_bridges(network, names.tolist()):
+        ground &= ~bridge.parts(names[path[a]], names[path[b]], x, y)
+    a, b, touched = a[ground], b[ground], (touched[0][ground], touched[1][ground])
+    at, length = body.at_m, body.length_m
     return Touches(tuple(paths), path[a], path[b], at[a], at[b], length[a], length[b], *touched)
 
 

@@ -694,7 +694,8 @@ class _Audit:
         hits = overlapping(positions, self._length_m[vehicle], self._width_m[vehicle], bent)
         for a, b in hits[np.argsort(positions.time_s[hits[:, 0]], kind="stable")].tolist():
             lanes = str(positions.lane_name[a]), str(positions.lane_name[b])
-            if lies_above(self._layout, *lanes) or self._cannot_touch(positions, a, b):
+            middle = (positions.x_m[a] + positions.x_m[b]) / 2, (positions.y_m[a] + positions.y_m[b]) / 2
+            if lies_above(self._layout, *lanes, middle) or self._cannot_touch(positions, a, b):
                 continue
             time = float(positions.time_s[a])
             names = self._names[int(vehicle[a])], self._names[int(vehicle[b])]

@@ -107,7 +107,11 @@ def _find_meetings(layout: Layout) -> list[Meeting]:
     lanes = [ways[some[0]].lane for some in alike]
     columns = _Bodies(*(np.array(column) for column in zip(*bodies, strict=True)))
     found: list[Meeting] = []
-    for pairs in _touching(shapes, [lanes[body.way] for body in bodies], edges):
+    on = np.array([names[lanes[body.way]] for body in bodies])
+    for touching in _touching(shapes, [lanes[body.way] for body in bodies], edges):
+        pairs = touching[:, ~_on_bridges(layout, on, shapes, touching)]
+        if not pairs.size:
+            continue
         for one, other in _by_kind(columns, pairs):
             v, w = alike[one.way], alike[other.way]
             if not lies_above(layout, names[lanes[one.way]], names[lanes[other.way]]):
@@ -258,9 +262,26 @@ def _side(way: LaneOnWay, names: Sequence[str], bodies: _Bodies, some: Ints) -> 
     )
 
 
-def lies_above(layout: Layout, one: str, other: str) -> bool:
-    """Return whether the heights of two lanes are known and one lies above the other."""
+def _on_bridges(layout: Layout, on: Any, shapes: Any, pairs: Ints) -> Flags:  # noqa: ANN401
+    """Return which pairs of bodies do not touch, since the road of one leads over that of the other there.
+
+    `on`: the lane of each body's front.
+    """
+    above = np.zeros(pairs.shape[1], dtype=bool)
+    if layout.bridges:
+        there = shapely.centroid(shapely.intersection(*shapes[pairs]))
+        for bridge in layout.bridges:
+            above |= bridge.parts(on[pairs[0]], on[pairs[1]], shapely.get_x(there), shapely.get_y(there))
+    return above
+
+
+def lies_above(layout: Layout, one: str, other: str, at_m: tuple[float, float] | None = None) -> bool:
+    """Return whether one of two lanes lies above the other: by their heights, or by a bridge at a point."""
     heights = layout.heights
+    if at_m is not None:
+        here, there, x_m, y_m = np.array([one]), np.array([other]), np.array([at_m[0]]), np.array([at_m[1]])
+        if any(bridge.parts(here, there, x_m, y_m)[0] for bridge in layout.bridges):
+            return True
     return one in heights and other in heights and abs(heights[one] - heights[other]) > _ABOVE_M
 
 

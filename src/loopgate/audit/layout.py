@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from loopgate.disk import writing
 from loopgate.errors import ResultsError
 from loopgate.model.system import LARGEST_CAPACITY
+from loopgate.network.bridges import Bridge
 from loopgate.reading import of_kind, read_object, refusing, shown
 
 if TYPE_CHECKING:
@@ -146,6 +147,8 @@ class Layout:
     """Mean height of each lane [m]; empty if the network is flat."""
     unregulated: tuple[str, ...] = ()
     """Lanes that lead to a junction without right of way, inside which SUMO does not keep vehicles apart."""
+    bridges: tuple[Bridge, ...] = ()
+    """Where lanes without heights lie one above the other."""
     metres: Mapping[str, float] = field(default_factory=dict)
     """The length of the states that hold more than their capacity while the vehicles fit with their gaps [m].
     """
@@ -170,7 +173,7 @@ def write_layout(layout: Layout, file: Path) -> None:
 def ground_key(layout: Layout) -> str:
     """Return a hash of the loops, the lanes and the sizes of vehicles, whichever vehicle starts where."""
     sizes = sorted({(v.loop, v.length_m, v.width_m, v.jointed) for v in layout.vehicles.values()})
-    content = (layout.loops, sizes, layout.shapes, layout.heights, layout.unregulated)
+    content = (layout.loops, sizes, layout.shapes, layout.heights, layout.unregulated, layout.bridges)
     return hashlib.sha256(json.dumps(content, default=_by_field).encode()).hexdigest()
 
 
@@ -209,6 +212,7 @@ def read_layout(file: Path) -> Layout:
             },
             heights={lane: _number(height) for lane, height in data["heights"].items()},
             unregulated=tuple(map(_text, data["unregulated"])),
+            bridges=tuple(map(_bridge, data.get("bridges", ()))),
             metres={_text(state): _number(length_m) for state, length_m in data.get("metres", {}).items()},
         )
         _check(layout)
@@ -301,10 +305,14 @@ def _body(data: Mapping[str, Any]) -> VehicleBody:
     )
 
 
+def _bridge(data: Mapping[str, Any]) -> Bridge:
+    return Bridge(_number(data["x_m"]), _number(data["y_m"]), _lanes(data["one"]), _lanes(data["other"]))
+
+
 def _lanes(data: Iterable[object]) -> tuple[str, ...]:
     lanes = tuple(map(_text, data))
     if not lanes:
-        msg = "a span has no lane"
+        msg = "a span or a bridge has no lane"
         raise ValueError(msg)
     return lanes
 

@@ -13,6 +13,7 @@ from loopgate.audit.position_table import ATTRIBUTES
 from loopgate.control.start import VehicleStart
 from loopgate.model import StateId
 from loopgate.network import LaneSpan, Loop
+from loopgate.network.bridges import find_bridges
 from loopgate.simulation.assembly import Assembly
 
 
@@ -93,6 +94,7 @@ def make_layout(
         shapes={lane: lanes[lane].shape for lane in driven},
         heights={lane: fmean(lanes[lane].heights) for lane in driven if lanes[lane].heights},
         unregulated=tuple(lane for lane in driven if not assembly.network.is_regulated(lane)),
+        bridges=find_bridges(assembly.network, driven),
     )
 
 

@@ -26,6 +26,7 @@ from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, SizedStretches, Ve
 from loopgate.audit.position_table import Positions
 from loopgate.cache import Cache
 from loopgate.errors import ResultsError
+from loopgate.network.bridges import Bridge
 from loopgate.results.columns import EVENT_COLUMNS, VEHICLE
 
 Arc = Callable[[float], float]
@@ -187,6 +188,16 @@ def test_bridges_are_no_collisions(tmp_path: Path) -> None:
     assert rules(audit(tmp_path, ways, GRANTED, high)) == []
     level = dataclasses.replace(high, heights=heights(36.0))
     assert "bodies" in rules(audit(tmp_path, ways, GRANTED, level))
+
+
+def test_roads_that_cross_without_a_junction(tmp_path: Path) -> None:
+    """On a bridge the two may be at once, ten metres beside it they may not."""
+    ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 5.0, until_m=90.0)}
+    roads = ("A_0", "B_0", ":J_0_0"), ("C_0", "D_0", ":J_1_0")
+    apart = dataclasses.replace(layout({}, {}), bridges=(Bridge(0.0, 0.0, *roads),))
+    assert rules(audit(tmp_path, ways, GRANTED, apart)) == []
+    beside = dataclasses.replace(apart, bridges=(Bridge(14.0, 0.0, *roads),))
+    assert "bodies" in rules(audit(tmp_path, ways, GRANTED, beside))
 
 
 def test_a_foe_forgotten(tmp_path: Path) -> None:
