@@ -383,12 +383,13 @@ def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
     routes.write_text(
         '<routes><vType id="near" tau="0.2"/><vType id="rail" carFollowModel="Rail"/>'
         '<vType id="rash" jmIgnoreJunctionFoeProb="0.5"/><vType id="slow" actionStepLength="2"/>'
+        '<vType id="late" jmDriveAfterRedTime="3"/>'
         '<vType id="led"><param key="has.rerouting.device" value="true"/></vType>'
         '<route id="loop" edges="A0A1 A1B1 B1B0 B0A0"/><route id="open" edges="C0C1 C1D1"/></routes>'
     )
     start(routes=routes)
     kinds = {"near": "tau", "rail": "carFollowModel Rail", "rash": "jmIgnore", "slow": "actionStepLength"}
-    kinds["led"] = "rerouting device"
+    kinds |= {"late": "jmDriveAfterRedTime lets it drive at red", "led": "rerouting device"}
     put("fine", route="loop")
     put("away", route="open")
     for kind in kinds:

@@ -44,6 +44,9 @@ _IGNORES = tuple(
 )
 """Parameters of a vehicle with which SUMO lets it drive as if other vehicles were not there."""
 
+_AWARE = "device.driverstate.initialAwareness"
+"""A parameter, and an option, for how well drivers see: below 1 they misjudge gaps, speeds and lines."""
+
 _FORESEEN = ("Krauss", "KraussOrig1", "KraussPS", "KraussX", "Daniel1")
 """Car-following models for which the time to clear a crossing can be predicted; SUMO's default is first."""
 
@@ -78,10 +81,11 @@ UNDER_NO_GATE = {
     "device.bluelight.probability": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.explicit": "others change lanes to make room for such a vehicle; leave it out",
     "device.bluelight.reactiondist": "no vehicle makes way for blue lights there; leave it out",
+    _AWARE: "drivers misjudge how far others and lines are away; leave it out",
 }
 """Options of SUMO that no gate can work with: the reason, and the way out."""
 
-_SUMO_HAS = {"device.bluelight.reactiondist": 25.0}
+_SUMO_HAS = {"device.bluelight.reactiondist": 25.0, _AWARE: 1.0}
 """Values that these options have where nobody sets them: a running simulation tells them too."""
 
 _UNKNOWN = "give it as {} of a vType, so that the gate knows of it"
@@ -119,7 +123,8 @@ def check_options(read: Callable[[str], str], *, source: str, way_out: str = "",
     unknown = {} if known else {name: _UNKNOWN.format(kind) for name, kind in DEFAULTS.items()}
     for name, reason in {**UNDER_NO_GATE, **unknown}.items():
         value = read(name)
-        if is_on(value) and as_number(value) != _SUMO_HAS.get(name):
+        is_set = value.strip() if name == _AWARE else is_on(value)  # 0 is no switch there
+        if is_set and as_number(value) != _SUMO_HAS.get(name):
             msg = f"{source}: {name} {value} does not go with a gate: {reason}"
             raise ScenarioError(f"{msg}, {way_out}" if way_out else msg)
 
@@ -221,6 +226,7 @@ def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float, *, obeys: boo
     if kind.attributes.get(_LANES) == "SL2015":
         means[f"{_LANES} SL2015"] = "it change no lanes when told, and stand before merges for good"
     lets = next((f"{name} lets {text}; leave it out" for name, text in means.items()), "")
+    lets = lets or why_ignoring({_AWARE: kind.parameters.get(_AWARE, "1")})
     if lets or model in _FORESEEN or limit_mps <= 0.0:
         return lets
     pace, deviation = _speed_factor(kind)
@@ -232,7 +238,10 @@ def why_unsafe(kind: VehicleType, step_s: float, limit_mps: float, *, obeys: boo
 def why_ignoring(parameters: Mapping[str, str]) -> str:
     """Return why no gate can drive a vehicle with these parameters; "" if one can."""
     name = next((one for one in _IGNORES if parameters.get(one)), "")
-    return f"param {name} lets it drive into the vehicles that it names; leave it out" if name else ""
+    if name:
+        return f"param {name} lets it drive into the vehicles that it names; leave it out"
+    aware = parameters.get(_AWARE, "1")
+    return "" if as_number(aware) == 1.0 else f"param {_AWARE} {aware} lets it brake too late; leave it out"
 
 
 def unforeseen(

@@ -9,7 +9,7 @@ import pytest
 from loopgate.errors import ScenarioError
 from loopgate.network import RoadNetwork, VehicleType, find_loops
 from loopgate.simulation.scenario import Scenario
-from loopgate.simulation.settings import check_types, unforeseen
+from loopgate.simulation.settings import check_types, unforeseen, why_ignoring, why_unsafe
 
 
 @pytest.mark.parametrize(
@@ -62,6 +62,20 @@ def test_what_comes_too_near_is_refused(step_s: float, attributes: dict[str, str
     kinds = {VehicleType("car"): 13.9, VehicleType("bus", attributes=attributes): 20.0}
     with pytest.raises(ScenarioError, match=f"^r.rou.xml: vType bus: {words}.*, or --gate open$"):
         check_types(kinds, step_s=step_s, obeys=True, source="r.rou.xml")
+
+
+@pytest.mark.parametrize("aware", ["0.9", "?"])
+def test_who_sees_badly_is_refused(aware: str) -> None:
+    """Such drivers misjudge how far others are away; SUMO's own value is 1."""
+    for value, words in (
+        (aware, f"initialAwareness {re.escape(aware)} lets it brake too late"),
+        ("1.00", ""),
+    ):
+        parameters = {"device.driverstate.initialAwareness": value}
+        kind = VehicleType("bus", parameters=parameters)
+        for why in (why_ignoring(parameters), why_unsafe(kind, 1.0, 13.9, obeys=False)):
+            assert bool(why) == bool(words)
+            assert re.search(words, why)
 
 
 def test_who_drives_at_red_is_taken_where_no_light_counts() -> None:

@@ -72,6 +72,17 @@ def test_what_no_gate_can_work_with_is_refused(tmp_path: Path, option: str, reas
     assert sumo_options(Scenario.from_dict({"network": off})).arguments
 
 
+@pytest.mark.parametrize(("awareness", "refused"), [("0", True), ("0.5", True), ("1", False)])
+def test_drivers_who_see_badly_are_refused(tmp_path: Path, awareness: str, *, refused: bool) -> None:
+    """The worst is 0, which is off for other options."""
+    name = configuration(tmp_path, f"device.driverstate.initialAwareness={awareness}")
+    if not refused:
+        assert sumo_options(Scenario.from_dict({"network": name})).arguments
+        return
+    with pytest.raises(ScenarioError, match=r"initialAwareness .* misjudge"):
+        sumo_options(Scenario.from_dict({"network": name}))
+
+
 @pytest.mark.parametrize(
     ("words", "reason"),
     [

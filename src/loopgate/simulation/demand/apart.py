@@ -368,7 +368,9 @@ def of_no_safe_type(
     limits = highest_limits(network, [(v.loop, v.type) for v in vehicles])
     whys = {kind: why_unsafe(kind, step_s, limit, obeys=obeys) for kind, limit in limits.items()}
     found = {v.id: f"vType {v.type.id}: {whys[v.type]}" for v in vehicles if whys[v.type]}
-    return found | {v.id: why for v in vehicles if (why := why_ignoring(v.parameters))}
+    return found | {
+        v.id: why for v in vehicles if (why := why_ignoring({**v.type.parameters, **v.parameters}))
+    }
 
 
 def cannot_stop(
