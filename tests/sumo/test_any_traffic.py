@@ -409,6 +409,27 @@ def test_devices_that_sumo_does_not_have_ask_for_nothing(tmp_path: Path) -> None
     assert run(tmp_path / "out", file, duration_s=60.0)["arrived"] == 1
 
 
+def test_devices_of_single_vehicles_are_those_of_the_file(tmp_path: Path) -> None:
+    """Also of those that depart later, each with its own figures; text for no setting of SUMO stays text."""
+    rows = ""
+    for name, capacity_wh in (("a", 500), ("b", 700), ("c", 500)):
+        said = {"has.battery.device": "true", "device.battery.capacity": f"{capacity_wh}"}
+        said |= {"laneChangeModel.note": "x", "note": "y"}
+        tags = "".join(f'<param key="{key}" value="{value}"/>' for key, value in said.items())
+        rows += f'<trip id="{name}" depart="5" from="A0A1" to="A3A4">{tags}</trip>'
+    rows += '<trip id="d" depart="5" from="E0E1" to="E3E4"/>'
+    file = tmp_path / "own.rou.xml"
+    file.write_text(f"<routes>{rows}</routes>", encoding="utf-8")
+    summary = run(tmp_path / "out", file, sumo=f"--battery-output {tmp_path / 'battery.xml'}")
+    assert summary["arrived"] == 4
+    told = ET.parse(tmp_path / "battery.xml").getroot().iter("vehicle")
+    assert {one.get("id"): float(one.get("maximumBatteryCapacity", "")) for one in told} == {
+        "a": 500.0,
+        "b": 700.0,
+        "c": 500.0,
+    }
+
+
 @pytest.mark.parametrize("how", ["options", "type", "vehicle"])
 def test_who_has_the_rerouting_device_is_led_another_way_between_places(tmp_path: Path, how: str) -> None:
     """By the gate: SUMO's device would lead them into places that nobody granted; the others keep theirs."""

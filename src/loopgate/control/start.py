@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from zlib import crc32
 
 from loopgate.abstraction.itinerary import Track, rounds_from
 from loopgate.network import Loop, VehicleDemand, VehicleType
@@ -13,6 +14,11 @@ _ROUNDING_M = 1e-6
 
 _NO_NAME = re.compile(r"[^\w.#]")
 """What no name in SUMO may hold, and a colour may: commas and blanks."""
+
+_OF_DEVICES = ("has.", "device.")
+_OF_MODELS = ("carFollowModel.", "junctionModel.", "laneChangeModel.")
+"""How names of parameters begin. While it runs, SUMO takes none of devices; those of models, plain text in
+a file, are settings then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +84,21 @@ class VehicleStart:
     def kind(self) -> str:
         """The name of the vehicle's type in SUMO."""
         loop = self.loop.id if self.loop.closed else ""
-        return f"{self.type.id}@{loop}" + (f"@{_NO_NAME.sub('_', self.colour)}" if self.colour else "")
+        name = f"{self.type.id}@{loop}" + (f"@{_NO_NAME.sub('_', self.colour)}" if self.colour else "")
+        return f"{name}@{crc32(repr(self.devices).encode()):08x}" if self.devices else name
 
     @property
     def colour(self) -> str:
         """The colour that the vehicle's type has in SUMO, as the file says it; empty for the type's own."""
         return "" if self.depart_s is None else self.demand.attributes.get("color", "")
+
+    @property
+    def devices(self) -> dict[str, str]:
+        """The parameters of devices that the vehicle's type has in SUMO, for it is put in while SUMO runs."""
+        if self.depart_s is None:
+            return {}
+        said = self.demand.parameters
+        return {name: value for name, value in sorted(said.items()) if name.startswith(_OF_DEVICES)}
 
     @property
     def route(self) -> str:
@@ -93,14 +108,14 @@ class VehicleStart:
     @property
     def insertion(self) -> Insertion:
         """The insertion of the vehicle as SUMO gets it."""
-        said = self.demand.attributes
+        said, known = self.demand.attributes, (*_OF_DEVICES, *_OF_MODELS)
         return Insertion(
             self.route,
             self.kind,
             self.lane_index,
             self.position_m,
             said,
-            self.demand.parameters,
+            {name: value for name, value in self.demand.parameters.items() if not name.startswith(known)},
             rolling=not self.loop.closed and said.get("departSpeed", "max") != "0",
         )
 

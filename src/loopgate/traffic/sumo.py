@@ -21,14 +21,6 @@ _FIGURES = ("getRedYellowGreenState", "getNextSwitch", "getProgram", "getPhase",
 """What reads the figures of a `Light`, one after the other."""
 
 
-_DEVICES = (
-    "battery|bluelight|btreceiver|btsender|driverstate|elechybrid|emissions|example|fcd|friction|glosa|rerouting"
-    "|routing|ssm|stationfinder|taxi|toc|tripinfo|vehroute"
-)
-_UNKNOWN_DEVICE = re.compile(rf"has\.(?!(?:{_DEVICES})\.)[^.]+\.device")
-"""A parameter that asks for a device that SUMO does not have: SUMO's reader of route files ignores it."""
-
-
 class SumoLights:
     """The calls of `Traffic` that are about lights; `read` finds a reading by its name."""
 
@@ -588,8 +580,7 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
                 personNumber=int(own.get("personNumber", "0")),
             )
             for name, value in how.parameters.items():
-                if not _UNKNOWN_DEVICE.fullmatch(name):
-                    self._vehicle.setParameter(vehicle, name, value)
+                self._vehicle.setParameter(vehicle, name, value)
         except self._error as error:
             msg = f"vehicle {vehicle}: SUMO does not take it: {error}"
             raise TrafficError(msg) from error

@@ -57,7 +57,7 @@ def write_sumo_input(
             more = {"color": start.colour} if start.colour else {}
             more |= _once(start.type, scale)
             kind = ET.SubElement(top, "vType", {**start.type.attributes, **more, "id": start.kind})
-            _tell(kind, start.type.parameters)
+            _tell(kind, {**start.type.parameters, **start.devices})
     for loop in (loop for loop in loops.values() if loop.closed):
         for route, edges in round_routes(loop).items():
             ET.SubElement(top, "route", id=route, edges=" ".join(edges))
