@@ -35,6 +35,7 @@ from loopgate.simulation.fcd.film import Film
 from loopgate.simulation.fcd.frames import SeenVehicle
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.watching.ahead import Ahead, Future, SimulatedAhead
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.traffic import libsumo_backend
@@ -115,6 +116,20 @@ def _way(rng: random.Random, network: RoadNetwork, edges: Sequence[str]) -> list
     return way
 
 
+class OneHour(Ahead):
+    """What a film of the hour shows beyond now: `ahead` looks farther."""
+
+    def __init__(self, ahead: SimulatedAhead) -> None:
+        super().__init__()
+        self._ahead = ahead
+
+    def look(self, *, ends: bool) -> None:
+        """Look at the rest of the hour."""
+        self._ahead.look(ends=ends)
+        future = self._ahead.future
+        self.future = Future(min(future.until_s, HOUR_S), future.moves_s)
+
+
 class Watcher:
     """A detector with what it has told: which vehicles first when, and each deadlock."""
 
@@ -158,6 +173,13 @@ def _watched(network: RoadNetwork) -> tuple[dict[str, Any], dict[str, int], froz
     }
     at_m: dict[str, list[tuple[int, float]]] = defaultdict(list)
     now, first, leaders = 0, frozenset[str](), (0, 0)
+
+    def advance() -> None:
+        libsumo.simulationStep()
+        traffic.look_at_clock()
+
+    ahead = watchers["run"].detector.ahead = SimulatedAhead(traffic, advance)
+    watchers["read-fcd"].detector.ahead = OneHour(ahead)
     with loopgate.attach(libsumo) as gate:
         while now < 2 * HOUR_S and libsumo.simulation.getMinExpectedNumber():
             libsumo.simulationStep()

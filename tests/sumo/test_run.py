@@ -98,7 +98,7 @@ def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
     named = events[events[EVENT] == "deadlock"]
     assert set(named["reason"]) == set(named["vehicle"]) == set(deadlock["vehicles"])
     assert (named[TIME] == deadlock["noticed_at_s"]).all()
-    assert deadlock["noticed_at_s"] - deadlock["closed_at_s"] >= scenario.deadlock_after_s
+    assert 0.0 <= deadlock["noticed_at_s"] - deadlock["closed_at_s"] <= 60.0
 
 
 def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:

@@ -63,6 +63,7 @@ class FakeTraffic:
         self.now_s = 0.0
         self.step_s = step_s
         self.gives_way = False
+        self.in_this_process = False
         self.holds: list[tuple[float, str]] = []
         self.releases: list[tuple[float, str]] = []
         self.brakes: list[tuple[float, str]] = []

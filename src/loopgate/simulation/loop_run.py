@@ -12,6 +12,7 @@ from loopgate.errors import PluginError
 from loopgate.results.columns import FLOW_EVERY_S, Event
 from loopgate.results.recorder import Recorder
 from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.watching.ahead import SimulatedAhead
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root
 from loopgate.simulation.watching.starving import Sink
 from loopgate.simulation.watching.verdicts import CollisionVerdict, Verdicts
@@ -168,12 +169,11 @@ def run_to_end(
         drive.count_from(course.begin_s + traffic.step_s / 2.0)  # from the next step on
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
+        advance = _step(drive, collisions, each_step)
+        detector.ahead = _ahead(scenario, traffic, advance)
         while traffic.now_s < end and not over():
-            drive.step()
+            advance()
             now = traffic.now_s
-            collisions.note()
-            for look in each_step:
-                look()
             if now >= course.begin_s > now - traffic.step_s and scenario.warmup_s > 0:
                 drive.measure_from_now()
                 course.collisions = course.collisions_of_others = course.teleports = 0
@@ -197,6 +197,29 @@ def run_to_end(
     course.total_s = perf_counter() - began
     course.sumo_s = drive.sumo_s
     return course
+
+
+def _step(drive: Steps, collisions: CollisionLog, looks: Sequence[Callable[[], None]]) -> Callable[[], None]:
+    """Return a function that drives on by one step, and looks at what has happened."""
+
+    def both() -> None:
+        drive.step()
+        collisions.note()
+        for look in looks:
+            look()
+
+    return both
+
+
+def _ahead(scenario: Scenario, traffic: Traffic, advance: Callable[[], None]) -> SimulatedAhead | None:
+    """Return what looks ahead, under SUMO's rules alone.
+
+    Under a gate the ledger says who waits for whom, and a run that moves vehicles out of deadlocks changes
+    what comes.
+    """
+    if scenario.gated or scenario.on_deadlock == "teleport" or not SimulatedAhead.works(traffic):
+        return None
+    return SimulatedAhead(traffic, advance, ends=bool(scenario.incidents))
 
 
 def _note_roots(detector: DeadlockDetector, course: RunCourse, found: Deadlock | None, now: float) -> None:

@@ -116,6 +116,10 @@ class Traffic(Protocol):
     def step_s(self) -> float:
         """Length of a step [s]."""
 
+    @property
+    def in_this_process(self) -> bool:
+        """Whether the simulation runs in this process."""
+
     def step(self) -> None:
         """Advance by one step; raise `TrafficError` if the simulator stops."""
 

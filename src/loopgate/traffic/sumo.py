@@ -535,6 +535,10 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         return self._step_s
 
     @property
+    def in_this_process(self) -> bool:
+        return getattr(self._api, "__name__", "") == "libsumo"
+
+    @property
     def gives_way(self) -> bool:
         return self._yields
 

@@ -377,7 +377,13 @@ class Attached:
         )
         self._contained, self._made.before_asking = contained, contained.look
         self._watch = Watch(
-            self._network, self._traffic, fleet, self._recorder, contained, starving_s=self._starving_s
+            self._network,
+            self._traffic,
+            fleet,
+            self._recorder,
+            contained,
+            starving_s=self._starving_s,
+            step=self._traffic.step,
         )
         self.connection = self._sumo.connection
         _OPEN.append(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.loop_run import Collisions
 from loopgate.simulation.run_folder import deadlock_figures, promise_figures
+from loopgate.simulation.watching.ahead import SimulatedAhead
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root
 from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.starving import StarvationWatch
@@ -35,6 +37,8 @@ class Watch:
         Says why vehicles stand.
     starving_s
         Time without a grant after which a vehicle counts as starving [s].
+    step
+        Drives the simulation on by one step.
     """
 
     def __init__(
@@ -46,6 +50,7 @@ class Watch:
         contained: OwnersContainment,
         *,
         starving_s: float,
+        step: Callable[[], object],
     ) -> None:
         self._traffic, self._fleet, self._recorder = traffic, fleet, recorder
         fleet.on_leaving = self._count
@@ -62,6 +67,7 @@ class Watch:
             traffic, road, after_s=_STANDING_S, at_gate=fleet.drive.refused, own=fleet
         )
         self._detector.gated = fleet
+        self._ahead = SimulatedAhead(traffic, step, shared=True) if SimulatedAhead.works(traffic) else None
         self._deadlocks: list[Deadlock] = []
         self._roots: list[Root] = []
         self._next_look_s = traffic.now_s + _LOOK_EVERY_S
@@ -88,6 +94,7 @@ class Watch:
             return
         self._next_look_s = now + _LOOK_EVERY_S
         self._hunger.check(deadlocked=bool(self._deadlocks))
+        self._detector.ahead = None if self._fleet.diaries else self._ahead
         deadlock = self._detector.check()
         self._roots = self._detector.roots()
         if deadlock is not None:

@@ -6,14 +6,15 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from math import nan
+from math import inf, nan
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.control.places import STANDING_MPS
 from loopgate.network import Connection, RoadNetwork
 from loopgate.network.xml_file import open_xml
-from loopgate.simulation.fcd.frames import SeenVehicle
+from loopgate.simulation.fcd.frames import Frame, SeenVehicle, read_frames
+from loopgate.simulation.watching.ahead import CREEPS_MPS, Ahead, Future
 
 _LENGTH_M, _GAP_M = 5.0, 2.5
 """Length and minimum gap of SUMO's default car [m]: FCD output has neither."""
@@ -24,6 +25,9 @@ _GAINS_MPS2 = 5.0
 _MOST_SKIPPED = 3
 """A vehicle may pass at most this many short edges between two frames."""
 
+
+_LOOKS_S = 5.0
+"""Whether vehicles move is seen at this interval [s]."""
 
 _CYCLE_S = 120.0
 """Cycle of a light without a program in the network file [s]."""
@@ -253,6 +257,43 @@ class Film:
         """Return False: as above."""
         del vehicle
         return False
+
+
+class FilmAhead(Ahead):
+    """Knows what comes: reads on to the end of FCD output, once it is asked.
+
+    Parameters
+    ----------
+    file
+        The file, which can be read.
+    """
+
+    def __init__(self, file: Path) -> None:
+        super().__init__()
+        self._file = file
+
+    def look(self, *, ends: bool) -> None:  # noqa: ARG002  the film is what it is
+        """Read the file, unless that has been done."""
+        if self.future.until_s < 0.0:
+            self.future = _moves(read_frames(self._file))
+
+
+def _moves(frames: Iterable[Frame]) -> Future:
+    """Return when each vehicle moves last, or is gone."""
+    moves_s, before, then_s = dict[str, float](), dict[str, SeenVehicle](), -inf
+    now = then_s
+    for now, vehicles in frames:
+        if now - then_s < _LOOKS_S:
+            continue
+        here, least_m = {one.vehicle: one for one in vehicles}, CREEPS_MPS * (now - then_s)
+        stay = (
+            name
+            for name, one in here.items()
+            if (was := before.get(name)) and was.lane == one.lane and one.pos_m - was.pos_m <= least_m
+        )
+        moves_s |= dict.fromkeys((here.keys() | before.keys()) - set(stay), now)
+        before, then_s = here, now
+    return Future(now, moves_s)
 
 
 def _read_cycles_s(file: Path) -> dict[str, float]:

@@ -32,7 +32,7 @@ from loopgate.results.columns import (
 )
 from loopgate.results.recorder import Recorder, read_events
 from loopgate.simulation import run_folder
-from loopgate.simulation.fcd.film import Film
+from loopgate.simulation.fcd.film import Film, FilmAhead
 from loopgate.simulation.fcd.frames import Frame, SeenVehicle, read_frames
 from loopgate.simulation.loop_run import RunCourse, note_deadlock
 from loopgate.simulation.monitoring import STREETS, monitoring_figures, shape_text, watch_figures
@@ -102,6 +102,7 @@ def write_fcd_run(
         course = RunCourse(begin_s=begin_s)
         recorder = Recorder(folder / run_folder.EVENTS)
         detector = DeadlockDetector(film, RoadWaits(roads, film), after_s=deadlock_after_s)
+        detector.ahead = FilmAhead(file)
         played = _checked(chain(first, frames), file, roads, step_s)
         positions = folder / run_folder.POSITIONS
         try:

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
 import numpy as np
 
 from loopgate.arrays import Floats, Ints
 from loopgate.gates.deadlocks import circular_wait, deadlocked
+from loopgate.simulation.watching.ahead import CREEPS_MPS, Ahead
 from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
 
 __all__ = ["Deadlock", "DeadlockDetector", "Root", "ToldRefusal"]
-
-_CREEPS_MPS = 0.04
-"""A vehicle that is slower than this between two checks stands [m/s]: it only moves up to its leader."""
 
 _STIRS_M, _SETTLES_S, _RESTLESS_S = 0.015, 20.0, 100.0
 """A standing vehicle is restless for the last time after it has moved on by the first [m]; in the second time
@@ -128,6 +127,10 @@ class DeadlockDetector:
     each waits only for others in the set. A vehicle that waits for something with an end (a light, a stop, a
     closure, a repair), or has a recent grant, counts as able to go on, and so do vehicles that wait for it.
 
+    Whom a driver on the road waits for is not known for certain. With `ahead` it need not be: if all that
+    stand may wait for each other, those are in the deadlock that do not move in all the time to come that is
+    known. Otherwise patience, lights and creeping are reckoned with, by the rules of `RoadWaits`.
+
     Parameters
     ----------
     traffic
@@ -156,6 +159,9 @@ class DeadlockDetector:
     gated: Container[str] = ()
     """The vehicles under a gate."""
 
+    ahead: Ahead | None = None
+    """Tells what comes, if that can be known."""
+
     def __init__(
         self,
         traffic: Watched,
@@ -181,22 +187,27 @@ class DeadlockDetector:
         self._checked_s = traffic.now_s
         self._kept_at: dict[str, float] = {}
         self._known: set[str] = set()
+        self._paused: set[str] = set()
+        """The standing vehicles that wait for no vehicle, but for what ends by itself."""
 
     def check(self) -> Deadlock | None:
         """Return a deadlock not reported before, or None; call every few seconds."""
         now = self._traffic.now_s
         vehicles, at_m = self._odometers()
         still = {vehicles[n]: self._since_s[n] for n in self._look(vehicles, at_m, now).tolist()}
+        self._paused.clear()
         standing = sorted(v for v in still if self._waits_long(v, now) and now - still[v] >= self._after_s)
-        self._known.intersection_update(standing)
+        self._known.intersection_update(standing if self.ahead is None else still.keys() - self._paused)
         if not standing or (self._known.issuperset(standing) and not self.again):
             return None
         places: dict[str, str] = {}
         self._on_road.look(standing, self._restless(now))
         self._on_road.suppose(None)
-        maybe = deadlocked({v: self._waits(v, places, now - still[v]) for v in standing})
-        self._on_road.suppose(maybe)
-        waits = {v: self._waits(v, places, now - still[v]) for v in sorted(maybe)}
+        waits = self._foreseen(self.ahead, still, standing, places) if self.ahead is not None else None
+        if waits is None:
+            maybe = deadlocked({v: self._waits(v, places, now - still[v]) for v in standing})
+            self._on_road.suppose(maybe)
+            waits = {v: self._waits(v, places, now - still[v]) for v in sorted(maybe)}
         stuck = deadlocked(waits)
         new = deadlocked({v: waits[v] for v in stuck - self._known})
         self._known |= stuck
@@ -218,6 +229,30 @@ class DeadlockDetector:
             came = vehicle, at_s, vehicle in self._own
         return Deadlock(closed_s, now, tuple(circle), wanted, len(stuck), self._by(waits, new), came, told)
 
+    def _foreseen(
+        self, ahead: Ahead, still: Collection[str], standing: Sequence[str], places: dict[str, str]
+    ) -> dict[str, list[list[str]]] | None:
+        """Return whom those wait for that do not move any more; None if too little of the future is known.
+
+        Whoever moves again was not the one to wait for: the others have stood on.
+        """
+        now, here = self._traffic.now_s, {*standing, *self._paused}
+        maybe = {v: self._waits(v, places, inf) for v in standing}
+        if not deadlocked(_among(maybe, here)) - self._known:
+            return {}
+        if not ahead.knows(now):
+            ahead.look(ends=bool(self._paused))
+        if not ahead.knows(now):
+            return None
+        stay = {v for v in here if ahead.future.stays(v, now)}
+        waits = {v: sets for v, sets in _among(maybe, stay).items() if v in stay}
+        stuck = deadlocked(waits)
+        if not deadlocked({v: waits[v] for v in stuck - self._known}):
+            return waits
+        alone = ahead.left_alone([v for v in still if ahead.future.stays(v, now)])
+        every = {v: maybe.get(v) or self._waits(v, places, inf) for v in (*alone, *self._known)}
+        return _among(every, every.keys())
+
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()
         return vehicles, np.array(self._traffic.odometers(vehicles))
@@ -231,7 +266,7 @@ class DeadlockDetector:
                 np.append(column, -np.inf)[before] for column in columns
             )
             self._vehicles, self._number = vehicles, {vehicle: n for n, vehicle in enumerate(vehicles)}
-        moved = at_m - self._at_m > _CREEPS_MPS * (now - self._checked_s)
+        moved = at_m - self._at_m > CREEPS_MPS * (now - self._checked_s)
         self._checked_s, self._at_m = now, np.array(at_m)
         self._since_s[moved] = now
         stirred = moved | (at_m - self._rest_m > _STIRS_M)
@@ -260,6 +295,7 @@ class DeadlockDetector:
         """
         if vehicle in self._halted or self._stops(vehicle):
             self._kept_at[vehicle] = now
+            self._paused.add(vehicle)
             return False  # it waits for no vehicle
         if self._at_gate is not None and self._at_gate(vehicle) is not None:
             self._kept_at[vehicle] = now
@@ -339,6 +375,12 @@ class DeadlockDetector:
             return [list(some) for some in sets]
         places[vehicle] = self._traffic.lane(vehicle)[0]
         return self._on_road.of(vehicle, stood_s)
+
+
+def _among(waits: WaitFor, some: AbstractSet[str]) -> dict[str, list[list[str]]]:
+    """Return the sets without those that are not among some vehicles; empty ones are left out."""
+    left = {v: [[one for one in several if one in some] for several in sets] for v, sets in waits.items()}
+    return {v: [several for several in sets if several] for v, sets in left.items()}
 
 
 def _first_closed(waits: WaitFor, stopped_s: Mapping[str, float]) -> tuple[float, set[str]]:

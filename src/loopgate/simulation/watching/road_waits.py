@@ -7,7 +7,7 @@ from collections.abc import Collection, Container, Iterable, Iterator, Mapping, 
 from collections.abc import Set as AbstractSet
 from heapq import heappop, heappush
 from itertools import islice, product
-from math import inf
+from math import inf, nan
 from typing import NamedTuple, Protocol
 
 from shapely import LineString
@@ -203,7 +203,10 @@ class RoadWaits:
         self._lasting = self._lasting if lasting is None else lasting
 
     def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
-        """Return the sets of a vehicle that has stood for some time [s]; none if it waits for no vehicle."""
+        """Return the sets of a vehicle that has stood for some time [s]; none if it waits for no vehicle.
+
+        After infinite time neither patience nor creeping counts: whoever may be a cause is in a set.
+        """
         lane, front_m = self._lane.get(vehicle, ("", 0.0))
         if not lane:
             return []
@@ -213,9 +216,10 @@ class RoadWaits:
         sets = self._by_bodies(vehicle, lane, front_m)
         if not at_end and len(sets) == 1 and len(sets[0]) == 1:
             return sets  # it stands in a queue
-        if not self._unsettled and stood_s >= self._until_sure_s(vehicle, lane, ways):
+        for_good = stood_s == inf
+        if (for_good or not self._unsettled) and stood_s >= self._until_sure_s(vehicle, lane, ways):
             around = self._around(vehicle, lane, front_m, at_end=at_end) - {vehicle}
-            restless = self._restless & {vehicle, *around}
+            restless = frozenset() if for_good else self._restless & {vehicle, *around}
             if self._is_leaving(lane, ways) and any(self._clears(one, lane, front_m) for one in restless):
                 return sets  # it yields to those inside, and one of them creeps out of its way
             if around and not any(map(self._drifts, restless)):
@@ -292,7 +296,7 @@ class RoadWaits:
         if not lights or self._network.lanes[lane].internal:
             return until_s
         if self._road.faces_red(vehicle):
-            return inf
+            return nan  # no time is enough
         return until_s + max(map(self._road.cycle_s, lights))
 
     def _by_bodies(self, vehicle: str, lane: str, front_m: float) -> list[list[str]]:

@@ -13,6 +13,7 @@ import pytest
 from fake_traffic import whereabouts
 
 from loopgate.arrays import Floats
+from loopgate.simulation.watching.ahead import Ahead, Future
 from loopgate.simulation.watching.deadlock_detector import Deadlock, DeadlockDetector, Root, ToldRefusal
 from loopgate.simulation.watching.road_waits import RoadWaits
 from loopgate.simulation.watching.trails import Trails
@@ -317,3 +318,73 @@ def test_a_vehicle_that_a_gate_lets_go_is_a_root_after_a_minute() -> None:
             traffic.now_s += 10.0
             watch.check()
         assert watch.roots() == expected
+
+
+class Told(Ahead):
+    """Tells a future and who is left alone; counts how often it was asked to look."""
+
+    def __init__(
+        self, moves_s: dict[str, float], *, alone: Collection[str] = "abc", until_s: float = math.inf
+    ) -> None:
+        super().__init__()
+        here = dict.fromkeys("abcd", 0.0) | moves_s
+        self.told, self.alone, self.looks = Future(until_s, here), alone, 0
+
+    def look(self, *, ends: bool) -> None:
+        assert not ends  # nobody stops
+        self.looks += 1
+        self.future = self.told
+
+    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
+        return [one for one in vehicles if one in self.alone]
+
+
+def foreseen(traffic: Standing, ahead: Told) -> list[tuple[float, tuple[str, ...], int]]:
+    """Return time, circle and size of what is found by one who knows what comes."""
+    watch = DeadlockDetector(*looked_at(traffic), after_s=60.0)
+    watch.ahead = ahead
+    return [(one.noticed_at_s, one.vehicles, one.held_up) for one in named(watch, traffic)]
+
+
+RING = {"a": ["b"], "b": ["a"], "c": ["a"]}
+
+
+def test_who_moves_later_is_in_no_deadlock() -> None:
+    """Neither a circle one of which moves again, nor who moves behind one that stands."""
+    assert foreseen(Standing(RING), Told({"a": 5000.0})) == []
+    assert foreseen(Standing(RING), Told({"c": 5000.0})) == [(70.0, ("a", "b"), 2)]
+
+
+def test_the_future_is_looked_at_once_and_only_if_some_may_wait_for_each_other() -> None:
+    free, ring = Told({}), Told({})
+    assert foreseen(Standing({"a": ["b"], "b": []}), free) == []
+    assert foreseen(Standing(RING), ring) == [(70.0, ("a", "b"), 3)]
+    assert (free.looks, ring.looks) == (0, 1)
+
+
+def test_who_drives_on_alone_waits_for_somebody_who_is_not_there_yet() -> None:
+    assert foreseen(Standing(RING), Told({}, alone="c")) == []
+
+
+def test_who_moved_and_left_the_others_standing_was_not_waited_for() -> None:
+    """Driver a may wait for d, which drives past; a stands nevertheless, for b."""
+
+    class Passing(Standing):
+        def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
+            return [["b", "d"]] if vehicle == "a" else super().of(vehicle, stood_s)
+
+        def odometers(self, vehicles: Sequence[str]) -> Floats:
+            return np.array([self.now_s if vehicle == "d" else 0.0 for vehicle in vehicles])
+
+    waits = {"a": ["b"], "b": ["a"], "d": []}
+    assert foreseen(Passing(waits), Told({"d": 5000.0})) == [(70.0, ("a", "b"), 2)]
+    assert watched(Passing(waits)) == []
+
+
+def test_of_a_vehicle_that_came_since_nothing_is_known() -> None:
+    assert foreseen(Standing({"x": ["y"], "y": ["x"]}), Told({}, alone="xy")) == []
+
+
+def test_a_short_future_decides_nothing() -> None:
+    """The rules do then, which take the circle for one."""
+    assert foreseen(Standing(RING), Told({"a": 90.0}, until_s=600.0)) == [(70.0, ("a", "b"), 3)]

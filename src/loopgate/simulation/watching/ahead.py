@@ -1,0 +1,205 @@
+"""Looks ahead: copies of this process drive on, and tell which vehicles stand for good."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import warnings
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from math import inf
+from pathlib import Path
+from select import select
+from typing import Any, Final
+
+from loopgate.traffic.base import Traffic
+
+__all__ = ["CREEPS_MPS", "Ahead", "Future", "SimulatedAhead"]
+
+CREEPS_MPS: Final = 0.04
+"""A vehicle that is slower than this between two looks stands [m/s]: it only moves up to its leader."""
+
+_FOR_S, _SHARED_S, _ENOUGH_S = 3600.0, 1200.0, 600.0
+"""How far the future is looked at; the same where other code may change it; how much has to be known [s].
+
+Drivers have closed up by some metres after half an hour."""
+
+_ALONE_S, _MOVES_M = 300.0, 1.0
+"""For how long vehicles are left alone [s]; those drive on that come farther than the second in it [m]."""
+
+_EVERY_S: Final = 5.0
+"""A copy looks at the odometers at this interval [s]."""
+
+_FROZEN_S: Final = 300.0
+"""The future is known if no vehicle has moved at all for so long [s]: the road stays as it is."""
+
+_ROUNDING_M: Final = 1e-6
+
+_SILENT_S, _MOST_BYTES = 60.0, 1 << 16
+"""A copy that has said nothing for so long hangs [s, by the clock]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Future:
+    """What is known of the time until `until_s` [s].
+
+    `moves_s` says when each vehicle moves last in that time, or is gone [s]. A vehicle that creeps by
+    centimetres does not move. Of vehicles that it leaves out nothing is known.
+    """
+
+    until_s: float = -inf
+    moves_s: Mapping[str, float] = field(default_factory=dict)
+
+    def stays(self, vehicle: str, now_s: float) -> bool:
+        """Return whether a vehicle does not move from now on."""
+        return self.moves_s.get(vehicle, inf) <= now_s
+
+
+class Ahead:
+    """Tells a deadlock detector what comes."""
+
+    def __init__(self) -> None:
+        self.future = Future()
+        """What is known of the time to come."""
+
+    def knows(self, now_s: float) -> bool:
+        """Return whether enough is known of what comes to tell who stands for good."""
+        return self.future.until_s - now_s >= _ENOUGH_S
+
+    def look(self, *, ends: bool) -> None:
+        """Learn more of the future, if that is possible.
+
+        `ends`: whether anything stands that goes on by itself.
+        """
+
+    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
+        """Return those of some vehicles that stand on if all others are gone: they wait for each other."""
+        return vehicles
+
+
+class SimulatedAhead(Ahead):
+    """Looks ahead in a running simulation: a copy of this process (``fork``) drives on.
+
+    What the copy sees comes, since the copy has all of the simulation, with its random numbers. What it
+    writes to files that are open goes nowhere. If the copy fails, nothing is known.
+
+    Parameters
+    ----------
+    traffic
+        The simulation, in this process.
+    step
+        Drives on by one step, as the run itself does.
+    ends
+        Whether something that keeps vehicles standing ends by itself, as closures and breakdowns do.
+    shared
+        Whether other code may interfere.
+    """
+
+    def __init__(
+        self, traffic: Traffic, step: Callable[[], object], *, ends: bool = False, shared: bool = False
+    ) -> None:
+        super().__init__()
+        self._traffic, self._step, self._ends = traffic, step, ends
+        self._for_s = _SHARED_S if shared else _FOR_S
+
+    @staticmethod
+    def works(traffic: Traffic) -> bool:
+        """Return whether a copy of this process has a copy of the simulation."""
+        return traffic.in_this_process and hasattr(os, "fork")
+
+    def look(self, *, ends: bool) -> None:
+        """Let a copy drive on for an hour, or until nothing moves any more."""
+        found = _in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
+        if found is not None:
+            self.future = Future(*found)
+
+    def _drive_on(self, alive: Callable[[], object], *, ends: bool) -> tuple[float, dict[str, float]]:
+        """Drive on; return when that ended [s], and when each vehicle moved last, or was gone [s]."""
+        begin_s = changed_s = then_s = self._traffic.now_s
+        at_m = self._odometers()
+        moves_s = dict.fromkeys(at_m, begin_s)
+        while then_s - begin_s < self._for_s and (ends or then_s - changed_s < _FROZEN_S):
+            while (now := self._traffic.now_s) - then_s < _EVERY_S:
+                self._step()
+            alive()
+            before_m, at_m = at_m, self._odometers()
+            least_m = CREEPS_MPS * (now - then_s)
+            moved = [one for one, metres in at_m.items() if metres - before_m.get(one, -inf) > least_m]
+            moves_s |= dict.fromkeys((*moved, *(before_m.keys() - at_m.keys())), now)
+            same = before_m.keys() == at_m.keys()
+            if not same or any(metres - before_m[one] > _ROUNDING_M for one, metres in at_m.items()):
+                changed_s = now
+            then_s = now
+        return (begin_s + self._for_s if then_s - changed_s >= _FROZEN_S else then_s), moves_s
+
+    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
+        """Let a copy drive on without the others, and without those that then go on."""
+        found = _in_a_copy(lambda alive: self._stand_on(vehicles, alive))
+        return vehicles if found is None else found
+
+    def _stand_on(self, vehicles: Collection[str], alive: Callable[[], object]) -> list[str]:
+        """Take all others away, and drive on; take away, too, whoever drives; return who is left."""
+        traffic, left = self._traffic, set(vehicles)
+        here_m = self._odometers()
+        until_s, next_s = traffic.now_s + _ALONE_S, traffic.now_s
+        while left and traffic.now_s < until_s:
+            at_m = self._odometers()
+            left &= at_m.keys()
+            if traffic.now_s >= next_s:
+                next_s += _EVERY_S
+                alive()
+                left -= {one for one in left if at_m[one] - here_m[one] > _MOVES_M}
+            for one in at_m.keys() - left:
+                traffic.take_out(one)
+            traffic.step()
+        return sorted(left)
+
+    def _odometers(self) -> dict[str, float]:
+        vehicles = self._traffic.vehicles()
+        return dict(zip(vehicles, self._traffic.odometers(vehicles), strict=True))
+
+
+def _in_a_copy(work: Callable[[Callable[[], object]], object]) -> Any | None:  # noqa: ANN401  what JSON holds
+    """Return what some work gives in a copy of this process; None if it fails, or says nothing for long.
+
+    The work calls what it is given from time to time.
+    """
+    read, write = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # threads: the copy needs none of them
+        try:
+            copy = os.fork()
+        except OSError:  # there is no memory for a copy
+            copy = -1
+    if not copy:
+        with suppress(BaseException):
+            _write_to(write)
+            os.write(write, json.dumps(work(lambda: os.write(write, b" "))).encode())
+        os._exit(0)
+    os.close(write)
+    with os.fdopen(read, "rb", buffering=0) as pipe:
+        if copy < 0:
+            return None
+        said = b""
+        try:
+            while select([pipe], [], [], _SILENT_S)[0] and (more := pipe.read(_MOST_BYTES)):
+                said += more
+        finally:
+            with suppress(ProcessLookupError):
+                os.kill(copy, signal.SIGKILL)  # Ctrl-C, or a copy that hangs
+            os.waitpid(copy, 0)
+    try:
+        return json.loads(said)
+    except ValueError:
+        return None
+
+
+def _write_to(only: int) -> None:
+    """Let all that this process writes go nowhere, but for one file."""
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for name in (int(one.name) for one in Path("/dev/fd").iterdir()):
+        if name not in (only, nowhere):
+            with suppress(OSError):
+                os.dup2(nowhere, name)
