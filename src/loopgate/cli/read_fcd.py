@@ -32,7 +32,7 @@ from loopgate.cli.terminal import print_json
     type=click.FloatRange(min=1.0),
     default=40.0,
     show_default=True,
-    help="Time that vehicles stand in a circle before it counts as a deadlock [s].",
+    help="Time of standing after which vehicles may be in a deadlock [s].",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON only.")
 def read_fcd(

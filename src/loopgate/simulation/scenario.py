@@ -364,7 +364,7 @@ class Scenario:
     on_deadlock
         ``stop``, ``continue`` or ``teleport`` (the latter under ``open`` only).
     deadlock_after_s
-        Time that vehicles must stand in a circle to count as a deadlock [s].
+        Time of standing from which vehicles are looked at: they may be in a deadlock [s].
     starving_s
         Time without a grant, hardly driving, after which a vehicle counts as starving [s].
     positions
@@ -548,7 +548,7 @@ class Scenario:
     deadlock_after_s: Annotated[
         float,
         real(0.0, _LONG_S),
-        Option("Watching", "Time that vehicles stand in a circle before it counts as a deadlock [s]."),
+        Option("Watching", "Time of standing after which vehicles may be in a deadlock [s]."),
     ] = 40.0
     starving_s: Annotated[
         float,

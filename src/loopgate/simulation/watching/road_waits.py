@@ -761,8 +761,6 @@ class RoadWaits:
                 found.update(one.vehicle for one in self._bodies.get(way.to_id, ())[:1])
                 found.update(self._next_from(way.from_id, _APPROACH_M))
         found -= {one.vehicle for one in self._bodies.get(lane, ()) if one.front_m < front_m}
-        if leaving and not found:
-            return found  # it yields to nobody
         for way in self._ways(vehicle, lane):
             beyond = self._beyond(vehicle, way, sum(self._road.size(vehicle)) + _AHEAD_M)
             found.update(one.vehicle for one, _ in islice(beyond, 1))
