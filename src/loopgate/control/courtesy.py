@@ -224,7 +224,7 @@ def _is_closed(
 ) -> bool:
     """Return whether an ordinary vehicle is on the movement `left_m` ahead, or comes to it."""
     waits = lookout.wait_m > 0.0 or vehicle.speed < STANDING_MPS
-    used = lookout.is_used() if waits else lookout.is_used_unseen()
+    used = lookout.is_blocked() if waits else lookout.is_used_unseen()
     closed = used or comes(vehicle, lookout, left_m, now_s)
     manners.clear = trip if lookout.waits_in_way and not closed else None
     return closed
@@ -257,7 +257,7 @@ def _is_free(
     if left_m >= 0.0 and stands_m <= _AT_LINE_M and vehicle.speed < STANDING_MPS:
         manners.stands_s = since_s
         goes = goes or now_s - since_s >= _HELD_UP_S
-    if goes and not is_late(lookout, now_s):
+    if goes and not lookout.is_used() and not is_late(lookout, now_s):
         manners.freed = trip
         return True
     return False

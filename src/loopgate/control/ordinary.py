@@ -3,7 +3,9 @@
 The rule refuses a vehicle while an ordinary vehicle
 
 - stands or drives ahead of it on its lane;
-- is, with some part, on a lane inside the junction that crosses or joins its path;
+- is, with some part, on a lane inside the junction that crosses its path;
+- stands or creeps on a lane that joins its path there, or between the junctions of its crossing: one that
+  drives on is followed, as SUMO's drivers do (`Lookout.is_blocked`);
 - comes over the junction where nothing keeps the two apart, too late to pass before the vehicle and too soon
   to let it pass (`loopgate.simulation.surroundings.crossing_ways` finds these approaches);
 - takes the last space in the next place, or is about to drive into it;
@@ -88,10 +90,10 @@ def _meets(vehicle: Vehicle, now_s: float) -> bool:
             return True
     passes = vehicle.leg.passes
     for over in passes:
-        if over.lookout is not None and over.lookout.is_used():
+        if over.lookout is not None and over.lookout.is_blocked():
             return True
     for lane in here.between:
-        if lane.is_used(inf):
+        if lane.is_blocked(inf):
             return True
     for over in passes:
         lookout = over.lookout

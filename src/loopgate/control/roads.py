@@ -7,6 +7,9 @@ from typing import Final
 
 from loopgate.control.lamps import OPEN, Lamp
 
+CREEPS_MPS: Final = 1.0
+"""An ordinary vehicle that is no faster may stand in the next second [m/s]."""
+
 BEYOND_M: Final = 0.3
 """A vehicle may stand this far beyond the end of its place [m]."""
 
@@ -73,6 +76,16 @@ class RoadLane:
             return True
         for rear in self.rears:  # noqa: SIM110  a generator costs five times this
             if rear.rear_m < past_m:
+                return True
+        return False
+
+    def is_blocked(self, past_m: float) -> bool:
+        """Return whether one of the vehicles of `is_used` stands or creeps."""
+        for other in self.fronts:
+            if other.speed <= CREEPS_MPS:
+                return True
+        for rear in self.rears:  # noqa: SIM110  as above
+            if rear.rear_m < past_m and rear.other.speed <= CREEPS_MPS:
                 return True
         return False
 
@@ -179,8 +192,8 @@ class RoadStretch:
 class Across:
     """A lane inside a junction that crosses or joins a movement.
 
-    `past_m`: a rear beyond this position is out of the way [m]. `unseen`: whether SUMO overlooks a vehicle on
-    the lane and would drive on.
+    `past_m`: a rear beyond this position is out of the way [m]; infinite if the lane joins. `unseen`: whether
+    SUMO overlooks a vehicle on the lane and would drive on.
     """
 
     __slots__ = ("lane", "past_m", "unseen")
@@ -216,7 +229,7 @@ class Lookout:
     `from_m`: distance of the movement from the stop line before it [m]. `length_m`: its length [m]. `speed`:
     the lowest speed limit on it [m/s]. `wait_m`: how far into it a vehicle may have to wait [m]; 0 for
     nowhere. `waits_in_way`: whether a vehicle that waits there would touch the vehicles for which it waits.
-    `across`: lanes inside the junction on which no ordinary vehicle may be. `approaches`: turns to which no
+    `across`: lanes inside the junction that cross or join it. `approaches`: turns to which no
     ordinary vehicle may be coming; `loopgate.simulation.surroundings.crossing_ways` finds them. `first`:
     whether it is the first movement behind the stop line.
     """
@@ -250,6 +263,18 @@ class Lookout:
         """Return whether an ordinary vehicle inside the junction is in the way."""
         for one in self.across:  # noqa: SIM110  as above
             if one.lane.is_used(one.past_m):
+                return True
+        return False
+
+    def is_blocked(self) -> bool:
+        """Return whether an ordinary vehicle inside the junction keeps others out.
+
+        One that drives on into the same lane is followed, as SUMO's drivers do, unless SUMO overlooks it. Who
+        may have to wait inside does not follow: it could come to rest there in the way of others.
+        """
+        for one in self.across:
+            follows = one.past_m == inf and not one.unseen and self.wait_m == 0.0
+            if one.lane.is_blocked(inf) if follows else one.lane.is_used(one.past_m):
                 return True
         return False
 

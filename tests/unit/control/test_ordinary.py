@@ -14,7 +14,7 @@ from loopgate.control.courtesy import Courtesy
 from loopgate.control.lamps import Lamp
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
-from loopgate.control.roads import Approach, Rear, RoadEdge, RoadLane, RoadStretch
+from loopgate.control.roads import Across, Approach, Lookout, Rear, RoadEdge, RoadLane, RoadStretch
 from loopgate.traffic.base import Light, Program
 
 
@@ -38,6 +38,34 @@ def test_one_across_is_in_the_way_until_its_rear_is_past() -> None:
     assert scene.is_refused()
     scene.foe.rears = [Rear(other, 16.0)]
     assert not scene.is_refused()
+
+
+@pytest.mark.parametrize(
+    ("speed", "across", "wait_m", "refused"),
+    [
+        (8.0, "joins", 0.0, False),
+        (0.5, "joins", 0.0, True),
+        (8.0, "joins", 5.0, True),
+        (8.0, "unseen", 0.0, True),
+        (8.0, "crosses", 0.0, True),
+    ],
+)
+def test_one_that_joins_and_drives_on_is_followed(
+    speed: float,
+    across: str,
+    wait_m: float,
+    refused: bool,  # noqa: FBT001
+) -> None:
+    """Not by one that may have to wait inside."""
+    scene = Scene()
+    past_m = 15.0 if across == "crosses" else inf
+    one = Across(scene.foe, past_m, unseen=across == "unseen")
+    scene.path[0].passes[0].lookout = Lookout([one], [], wait_m=wait_m)
+    other = scene.put("foe", 10.0, speed)
+    assert scene.is_refused() == refused
+    scene.foe.fronts.clear()
+    scene.foe.rears = [Rear(other, 5.0)]
+    assert scene.is_refused() == refused
 
 
 @pytest.mark.parametrize(
