@@ -16,6 +16,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 from loopgate.cli.terminal import show_progress
@@ -25,7 +26,7 @@ from loopgate.control.places import Leg, Make, Place, joined
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 
 LEAST = 2
-"""Each place holds so many of its longest visitors."""
+"""Each place holds so many of its longest visitors, or one of them beside a short one, if they come once."""
 
 Standing = tuple[tuple[tuple[int, int], ...], ...]
 """Who stands in each place, first in line first: vehicle, and position on its way."""
@@ -52,19 +53,24 @@ class Vehicles:
     rooms: tuple[int, ...]
 
     @property
-    def least(self) -> list[int]:
-        """How many of its longest visitors each place holds; those that nobody visits hold any two."""
+    def fitting(self) -> list[int]:
+        """How many of its longest visitors fit into each place; into those that nobody visits any two."""
         longest = [1] * len(self.rooms)
         for way, need in zip(self.ways, self.needs, strict=True):
             for place in way:
                 longest[place] = max(longest[place], need)
         return [room // need for room, need in zip(self.rooms, longest, strict=True)]
 
+    @property
+    def least(self) -> list[int]:
+        """How many slots each place has at least."""
+        return [max(LEAST, most) for most in self.fitting]
+
     def ledger(self, node: Node) -> tuple[Ledger, list[list[Leg]]]:
         """Return a ledger in which the vehicles stand like that, and the paths of all."""
         places = [
-            Place(f"{k}", least, float(room), 1.0)
-            for k, (least, room) in enumerate(zip(self.least, self.rooms, strict=True))
+            Place(f"{k}", max(LEAST, most), float(room), 1.0, inf if most >= LEAST else float(room - LEAST))
+            for k, (most, room) in enumerate(zip(self.fitting, self.rooms, strict=True))
         ]
         away = Place("away", len(self.ways) + 1)
         paths = []
@@ -127,7 +133,12 @@ def draw(seed: int, *, loops: bool) -> Vehicles:
             way.append(way[0])
         kinds.append((tuple(way), not round_, rng.choice((1, 1, 2, 3))))
     longest = [max([1, *(need for way, _, need in kinds if place in way)]) for place in range(places)]
-    rooms = tuple(LEAST * most + rng.randint(0, 1) for most in longest)
+    stay = {place for way, once, need in kinds if need > 1 and not once for place in way}
+    short = [place not in stay and rng.random() < 0.5 for place in range(places)]  # noqa: PLR2004  half of them
+    rooms = tuple(
+        most + 1 if is_short else LEAST * most + rng.randint(0, 1)
+        for most, is_short in zip(longest, short, strict=True)
+    )
     many = rng.randint(3, 9)
     ways, once, needs = zip(*sorted(rng.choice(kinds) for _ in range(many)), strict=True)
     return Vehicles(ways, once, needs, rooms)
@@ -233,6 +244,9 @@ def look(seeds: Iterable[int], *, loops: bool, most: int) -> Counter[str]:
         if not every.whole:
             found["too large"] += 1
             continue
+        found["places without room for two of the longest"] += sum(
+            most < LEAST for most in every.vehicles.fitting
+        )
         found["systems"] += 1
         found["configurations"] += len(every.moves)
         found["decisions"] += every.decisions

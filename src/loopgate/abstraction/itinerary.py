@@ -144,11 +144,13 @@ class PlaceRoom(NamedTuple):
     """A place whose slots depend on the lengths of the vehicles that come.
 
     `length_m`: its length for vehicles with their gaps [m]. `slot_m`: the length of a slot [m]; longer
-    vehicles take a slot, and keep the metres that they need beyond it.
+    vehicles take a slot, and keep the metres that they need beyond it. `most_kept_m`: how many may be kept at
+    once [m]; infinite where two of the longest vehicles fit.
     """
 
     length_m: float
     slot_m: float
+    most_kept_m: float = math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,6 +102,9 @@ class QueuePlace:
     """Lengths of its visitors with their gaps [m], and the largest number of each, longest first."""
     away: bool = False
     """Whether it stands for the end of an open route, where vehicles have arrived, and is not on the road."""
+    stays_m: float = math.inf
+    """What the longest of those visitors needs that come round again [m], where vehicles keep their extra
+    metres; infinite elsewhere."""
 
     @property
     def needed_m(self) -> float:
@@ -117,11 +120,24 @@ class QueuePlace:
         shorter = accumulate((count for _, count in reversed(self.needs)))
         needs_m = (need_m for need_m, _ in reversed(self.needs))
         slot_m = next(need_m for need_m, count in zip(needs_m, shorter, strict=True) if count >= half)
-        return PlaceRoom(self.length_m - HOLD_MARGIN_M - CLEARANCE_M, slot_m)
+        length_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
+        two_fit = self._fitting >= LEAST_CAPACITY
+        return PlaceRoom(length_m, slot_m, math.inf if two_fit else length_m - LEAST_CAPACITY * slot_m)
 
     @property
     def capacity(self) -> int:
-        """The number of slots: how many of the longest visitors fit."""
+        """The number of slots: how many of the longest visitors fit.
+
+        There are two, too, if one of the longest fits beside another vehicle, and long vehicles come once
+        only: then one of them comes at a time.
+        """
+        if self._fitting < LEAST_CAPACITY and (room := self.room) and self.stays_m <= room.slot_m:
+            return LEAST_CAPACITY if self.needed_m - room.slot_m <= room.most_kept_m else self._fitting
+        return self._fitting
+
+    @property
+    def _fitting(self) -> int:
+        """How many of the longest visitors fit."""
         left_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
         held = 0
         for need_m, count in self.needs:

@@ -240,7 +240,11 @@ class QueueLayout:
 
 
 def lay_out_queues(
-    network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]], *, counted: bool = False
+    network: RoadNetwork,
+    users: Sequence[tuple[Loop, VehicleType]],
+    *,
+    counted: bool = False,
+    own_lengths: bool = False,
 ) -> QueueLayout:
     """Cut loops into places (lanes) and crossings (movements, and lanes too short to wait on).
 
@@ -253,23 +257,30 @@ def lay_out_queues(
     counted
         Whether no further vehicles come. Then a place has as many slots as any of these vehicles fit;
         otherwise as many as vehicles of the longest type on its lane fit.
+    own_lengths
+        Whether vehicles keep their extra metres ahead. Then two slots are enough for a place where one of the
+        longest vehicles fits beside another.
     """
     counts = Counter(users)
     if not counted or len({kind.needed_m for _, kind in users}) == 1:
         counts = Counter(dict.fromkeys(counts, _MANY))  # how many there are of a kind makes no difference
     if not network.content:
-        return _lay_out(network, counts)
-    return _KEPT.get((network.content, tuple(counts.items())), lambda: _lay_out(network, counts))
+        return _lay_out(network, counts, own_lengths=own_lengths)
+    key = network.content, tuple(counts.items()), own_lengths
+    return _KEPT.get(key, lambda: _lay_out(network, counts, own_lengths=own_lengths))
 
 
 _KEPT: Cache[QueueLayout] = Cache(8)
 
 
-def _lay_out(network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int]) -> QueueLayout:
+def _lay_out(
+    network: RoadNetwork, counts: Mapping[tuple[Loop, VehicleType], int], *, own_lengths: bool
+) -> QueueLayout:
     users = tuple(counts)
     courses = swept_paths_of(network, users)
     touches = find_touches(network, courses)
-    plan = _Plan(network, counts, waiting_parts(network, touches, tails_over(network, courses)))
+    parts = waiting_parts(network, touches, tails_over(network, courses))
+    plan = _Plan(network, counts, parts, own_lengths=own_lengths)
     loops = {loop.id: loop for loop, _ in users}
     chains = {name: plan.chain(loop) for name, loop in loops.items()}
     classes: dict[str, dict[str, None]] = {}
@@ -333,17 +344,22 @@ class _Plan:
         counts: Mapping[tuple[Loop, VehicleType], int],
         parts: Mapping[str, FreePart] | None = None,
         near: Narrow | None = None,
+        *,
+        own_lengths: bool = False,
     ) -> None:
         self._network, users = network, tuple(counts)
         self._parts = parts or {}
         wide_m = reach_m(kind.width_m for _, kind in users)
         self.stretches, self.narrow = lay_stretches(network, users, self._parts, reach_m=wide_m, near=near)
         needs: dict[str, Counter[float]] = {}
+        self._stays: dict[str, float] = {}
         for (loop, kind), count in counts.items():
             for span in loop.roads:
                 # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
-                on = span.edge if span.edge in self.stretches else span.lane_id
+                on = self._on(span)
                 needs.setdefault(on, Counter())[kind.needed_m] += count
+                stays_m = (kind.needed_m if loop.closed else 0.0) if own_lengths else math.inf
+                self._stays[on] = max(self._stays.get(on, 0.0), stays_m)
         self._needed = {on: tuple(sorted(some.items(), reverse=True)) for on, some in needs.items()}
 
     def chain(self, loop: Loop) -> list[Piece]:
@@ -377,7 +393,10 @@ class _Plan:
         return Piece(last.begin_m + at_m, AWAY_M, last.edge, last.lane, at_m, place=place)
 
     def _needs(self, span: LaneSpan) -> tuple[tuple[float, int], ...]:
-        return self._needed[span.edge if span.edge in self.stretches else span.lane_id]
+        return self._needed[self._on(span)]
+
+    def _on(self, span: LaneSpan) -> str:
+        return span.edge if span.edge in self.stretches else span.lane_id
 
     def _on_edge(self, span: LaneSpan) -> Iterator[Piece]:
         stretch = self.stretches.get(span.edge)
@@ -402,7 +421,7 @@ class _Plan:
             yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
 
     def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> Piece:
-        place = QueuePlace(name, end - begin, self._needs(span))
+        place = QueuePlace(name, end - begin, self._needs(span), stays_m=self._stays[self._on(span)])
         return Piece(
             span.begin_m + begin,
             end - begin,

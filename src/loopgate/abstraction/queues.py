@@ -25,6 +25,7 @@ def make_queues(
     names: Sequence[str] | None = None,
     starts_m: Mapping[str, float] | None = None,
     later: Sequence[tuple[Loop, VehicleType]] = (),
+    own_lengths: bool = False,
 ) -> Abstraction:
     """Abstract loops to vehicles that queue on lanes, and place the vehicles.
 
@@ -52,10 +53,13 @@ def make_queues(
     later
         Loop and type of vehicles that join later. They take no places yet, but their places and crossings
         are made.
+    own_lengths
+        Whether vehicles keep their extra metres ahead, as under the chain rule.
     """
     kinds = list(types) or [DEFAULT_TYPE] * len(loops)
     called = list(names) if names is not None else [f"v{k + 1}" for k in range(len(loops))]
-    layout = lay_out_queues(network, [*zip(loops, kinds, strict=True), *later], counted=True)
+    users = [*zip(loops, kinds, strict=True), *later]
+    layout = lay_out_queues(network, users, counted=True, own_lengths=own_lengths)
     itineraries = [layout.itineraries[loop.id] for loop in loops]
     given = starts_m or {}
     wishes = {k: _leg_at(itineraries[k], given[name]) for k, name in enumerate(called) if name in given}

@@ -7,8 +7,9 @@ the place for the last time. A place with so many metres kept has
     max(least, floor((room - kept) / slot))
 
 slots, `least` being as many as the longest visitors would fill. So all vehicles that have a slot in a place
-fit, whoever they are. The slots only become fewer when a long vehicle comes, and `may_enter` allows that only
-where no circle of full places arises (`docs/proofs/roads.md`).
+fit, whoever they are. Where not even two of the longest fit, so many metres may be kept at most that two
+slots are left. The slots only become fewer when a long vehicle comes, and `may_enter` allows that only where
+no circle of full places arises (`docs/proofs/roads.md`).
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from loopgate.control.places import Leg, Place, Vehicle
 
 _FOR_EVER: Final = 1 << 30
 """How often a vehicle on a loop comes to a place."""
+
+_ROUNDING_M: Final = 1e-6
 
 
 def visits(leg: Leg) -> dict[Place, int]:
@@ -62,6 +65,9 @@ def _may_keep(
     for place in visits(leg):
         extra_m = place.extra_m(needed_m)
         if extra_m > 0.0 and place not in held:
+            if place.credit_m + extra_m > place.most_kept_m + _ROUNDING_M:
+                _restore(before)
+                return False
             before.append((place, place.slots))
             place.slots = place.slots_with(place.credit_m + extra_m)
     fits = len(leg.place.bodies) + more <= leg.place.slots
@@ -71,9 +77,13 @@ def _may_keep(
         if fits and place.slots < slots and len(place.line) >= place.slots:
             fits = not circle_from(place)
     fits = fits and not closes()
+    _restore(before)
+    return fits
+
+
+def _restore(before: list[tuple[Place, int]]) -> None:
     for place, slots in before:
         place.slots = slots
-    return fits
 
 
 def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
@@ -120,6 +130,7 @@ def collect(
             continue
         before, place.slots = place.slots, place.slots_with(place.credit_m + extra_m)
         fits = len(place.bodies) <= place.slots
+        fits = fits and place.credit_m + extra_m <= place.most_kept_m + _ROUNDING_M
         if fits and len(place.line) >= place.slots:
             fits = place.slots == before or not circle_from(place)
         place.slots = before

@@ -86,20 +86,23 @@ class Place:
     ""; `cause`: as in `Refusal`.
 
     Where `room_m`, the length for vehicles [m], is above 0, a slot is `slot_m` long [m], and `credit_m` of
-    the room is kept for the extra metres of longer vehicles (`loopgate.control.credits`). There are `least`
-    slots at any time: as many as the longest vehicles that come would fill.
+    the room is kept for the extra metres of longer vehicles (`loopgate.control.credits`), `most_kept_m` at
+    most. There are `least` slots at any time: as many as the longest vehicles that come would fill, or two.
     """
 
     __slots__ = (
-        "barred", "bodies", "cause", "closed", "credit_m", "kept_for", "least", "line", "mover", "name",
-        "room_m", "shut", "slot_m", "slots", "waiting",
+        "barred", "bodies", "cause", "closed", "credit_m", "kept_for", "least", "line", "most_kept_m",
+        "mover", "name", "room_m", "shut", "slot_m", "slots", "waiting",
     )  # fmt: skip
 
-    def __init__(self, name: str, slots: int, room_m: float = 0.0, slot_m: float = 0.0) -> None:
+    def __init__(
+        self, name: str, slots: int, room_m: float = 0.0, slot_m: float = 0.0, most_kept_m: float = inf
+    ) -> None:
         self.name: Final = name
         self.least: Final = slots
         self.room_m: Final = room_m
         self.slot_m: Final = slot_m
+        self.most_kept_m: Final = most_kept_m
         self.credit_m = 0.0
         self.slots = slots
         self.slots = self.slots_with(0.0)

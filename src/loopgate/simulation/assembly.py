@@ -442,6 +442,7 @@ def _abstraction(
             names=[vehicle.id for vehicle in vehicles],
             starts_m=given,
             later=[(vehicle.loop, vehicle.type) for vehicle in later],
+            own_lengths=scenario.gate == "certified" and scenario.by_messages is None,
         )
     unique = len({loop.id for loop in loops})
     if unique < len(loops):

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
+from roads import roads
 
 from loopgate.abstraction.queue_layout import lay_out_queues
 from loopgate.abstraction.queues import make_queues
@@ -35,6 +38,26 @@ def test_away_has_room_for_everybody() -> None:
     assert made.room["A2A3_0"] < 30
     gate = make_gate("certified", made.system)
     assert getattr(gate, "promise", "") == "everyone"
+
+
+SHORT = roads({"a": (80.0, 1), "b": (24.0, 1), "c": (80.0, 1)}, ["a_0>b_0", "b_0>c_0", "c_0>a_0"])
+BUS = VehicleType(id="bus", length_m=12.0, min_gap_m=3.0)
+
+
+@pytest.mark.parametrize(
+    ("round_again", "own_lengths", "room"), [(False, True, 2), (True, True, None), (False, False, None)]
+)
+def test_a_bus_beside_a_car_is_enough_for_a_place_if_buses_come_once(
+    *, round_again: bool, own_lengths: bool, room: int | None
+) -> None:
+    """In 22.9 m two buses of 15 m do not fit, one beside a car of 7.5 m does; on a loop each bus stays."""
+    loop, once = make_loop(SHORT, "l", ["a", "b", "c"]), make_route(SHORT, "w", ["a", "b", "c"])
+    later = [(once, DEFAULT_TYPE)] * 4 + [(loop if round_again else once, BUS)] * 2
+    made = make_queues(SHORT, [loop], [DEFAULT_TYPE], later=later, own_lengths=own_lengths)
+    assert made.room.get("b_0") == room
+    if room:
+        assert made.rooms["b_0"] == pytest.approx((22.9, 7.5, 7.9))
+    assert math.isinf(made.rooms["a_0"].most_kept_m)
 
 
 def test_movements_of_both_know_each_other() -> None:
