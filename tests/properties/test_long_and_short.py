@@ -6,6 +6,7 @@ import mixed_lengths
 import pytest
 from mixed_lengths import look
 
+from loopgate.control import credits  # noqa: A004  a topic of long vehicles
 from loopgate.control.places import Place
 
 
@@ -32,9 +33,17 @@ def test_the_oracle_knows_metres_only() -> None:
     assert vehicles.fit(vehicles.moved(node, 0))
 
 
-def test_a_short_place_takes_one_long_vehicle_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the limit two of three units come to a place of four, which do not fit."""
-    seeds = range(60)
-    assert look(seeds, loops=False, most=450)["do not fit"] == 0
-    monkeypatch.setattr(mixed_lengths, "Place", lambda *known: Place(*known[:4]))
-    assert look(seeds, loops=False, most=450)["do not fit"] > 0
+@pytest.mark.parametrize(
+    ("broken", "wrong"),
+    [("limit of what is kept", "do not fit"), ("what is kept", "do not fit"), ("walk", "stuck")],
+)
+def test_each_rule_is_needed(broken: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit in short places, the metres kept ahead, and the walk along full places when one comes."""
+    if broken == "limit of what is kept":
+        monkeypatch.setattr(mixed_lengths, "Place", lambda *known: Place(*known[:4]))
+    elif broken == "what is kept":
+        monkeypatch.setattr(Place, "extra_m", lambda *_: 0.0)
+    else:
+        monkeypatch.setattr(credits, "circle_from", lambda _: [])
+        monkeypatch.setattr(credits, "closes_by_entering", lambda _: False)
+    assert any(look([seed], loops=False, most=450)[wrong] for seed in range(60))
