@@ -100,7 +100,8 @@ def _decision_time(summary: Summary) -> Rows:
 
 def _wall(summary: Summary) -> Rows:
     wall = summary["wall_s"]
-    text = f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, total {wall['total']:.1f} s"
+    ahead = f"looking ahead {wall['ahead']:.1f} s, " if wall.get("ahead") else ""
+    text = f"SUMO {wall['sumo']:.1f} s, gate {wall['gate']:.1f} s, {ahead}total {wall['total']:.1f} s"
     return [("wall time", text)]
 
 

@@ -60,8 +60,8 @@ class RunCourse:
         Vehicles behind which other vehicles starved.
     fault
         The error of a user's gate or negotiation that interrupted the run.
-    sumo_s, total_s
-        Wall time of SUMO's steps, and of the whole run [s].
+    sumo_s, ahead_s, total_s
+        Wall time of SUMO's steps, of looks ahead, and of the whole run [s].
     """
 
     outcome: str = "done"
@@ -76,6 +76,7 @@ class RunCourse:
     starving: list[Sink] = field(default_factory=list)
     fault: PluginError | None = None
     sumo_s: float = 0.0
+    ahead_s: float = 0.0
     total_s: float = 0.0
 
 
@@ -159,7 +160,7 @@ def run_to_end(
         Returns whether no vehicle is left, which ends the run.
     """
     course, recorder = collisions.course, collisions.recorder
-    began = perf_counter()
+    began, ahead = perf_counter(), None
     try:
         drive.begin()
         start = traffic.now_s
@@ -170,7 +171,7 @@ def run_to_end(
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
         advance = _step(drive, collisions, each_step)
-        detector.ahead = _ahead(scenario, traffic, advance)
+        detector.ahead = ahead = _ahead(scenario, traffic, advance)
         while traffic.now_s < end and not over():
             advance()
             now = traffic.now_s
@@ -195,7 +196,7 @@ def run_to_end(
         course.fault = ended if isinstance(ended, PluginError) else None
     course.end_s = traffic.now_s
     course.total_s = perf_counter() - began
-    course.sumo_s = drive.sumo_s
+    course.sumo_s, course.ahead_s = drive.sumo_s, ahead.took_s if ahead else 0.0
     return course
 
 

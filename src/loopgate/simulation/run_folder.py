@@ -323,7 +323,8 @@ def summary(
         "stage_us": stage_us,
         "wall_s": {
             "sumo": round(course.sumo_s, 3),
-            "gate": round(course.total_s - course.sumo_s, 3),
+            "gate": round(course.total_s - course.sumo_s - course.ahead_s, 3),
+            "ahead": round(course.ahead_s, 3),
             "total": round(course.total_s, 3),
         },
         "audit": (list(findings) or "clean") if gated else "not gated",

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from select import select
+from time import perf_counter
 from typing import Any, Final
 
 from loopgate.traffic.base import Traffic
@@ -103,6 +104,8 @@ class SimulatedAhead(Ahead):
         super().__init__()
         self._traffic, self._step, self._ends = traffic, step, ends
         self._for_s = _SHARED_S if shared else _FOR_S
+        self.took_s = 0.0
+        """Wall time of all looks so far [s]."""
 
     @staticmethod
     def works(traffic: Traffic) -> bool:
@@ -111,9 +114,16 @@ class SimulatedAhead(Ahead):
 
     def look(self, *, ends: bool) -> None:
         """Let a copy drive on for an hour, or until nothing moves any more."""
-        found = _in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
+        found = self._in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
         if found is not None:
             self.future = Future(*found)
+
+    def _in_a_copy(self, work: Callable[[Callable[[], object]], object]) -> Any | None:  # noqa: ANN401  JSON
+        began = perf_counter()
+        try:
+            return _in_a_copy(work)
+        finally:
+            self.took_s += perf_counter() - began
 
     def _drive_on(self, alive: Callable[[], object], *, ends: bool) -> tuple[float, dict[str, float]]:
         """Drive on; return when that ended [s], and when each vehicle moved last, or was gone [s]."""
@@ -136,7 +146,7 @@ class SimulatedAhead(Ahead):
 
     def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
         """Let a copy drive on without the others, and without those that then go on."""
-        found = _in_a_copy(lambda alive: self._stand_on(vehicles, alive))
+        found = self._in_a_copy(lambda alive: self._stand_on(vehicles, alive))
         return vehicles if found is None else found
 
     def _stand_on(self, vehicles: Collection[str], alive: Callable[[], object]) -> list[str]:
