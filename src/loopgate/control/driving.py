@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from math import inf
 from time import perf_counter
 from types import MappingProxyType
@@ -43,6 +43,8 @@ class Paths:
         self._layout = layout
         self._laid: dict[int, tuple[Drawings, list[Leg]]] = {}
         """The drawn legs and their path, by identity of the drawn legs."""
+        self._on_edge: dict[str, list[Place]] = {}
+        """The places by their edge."""
         self.places = layout.places
         """The places, by name."""
 
@@ -53,6 +55,17 @@ class Paths:
         if laid is None:
             laid = self._laid[key] = track.legs, self._layout.path(track.legs)
         return laid[1]
+
+    def bodies_beside(self, leg: Leg) -> Iterator[Body]:
+        """Yield the vehicles that hold slots on the other lanes of the edge of a leg's place."""
+        edge = _edge(leg.place)
+        if edge not in self._on_edge:
+            self._on_edge = {}
+            for place in self.places.values():
+                self._on_edge.setdefault(_edge(place), []).append(place)
+        for place in self._on_edge.get(edge, ()):
+            if place is not leg.place:
+                yield from place.bodies
 
     def lay(self, tracks: Iterable[Track]) -> None:
         """Lay paths out before vehicles come."""
@@ -76,15 +89,26 @@ class Paths:
         laid = {id(diary.path): (diary.path, ways[diary.track.loop]) for diary in diaries}
         self._layout.extend(slots, list(ways.values()), list(laid.values()))
         self._laid.clear()
+        self._on_edge.clear()
 
     def lay_anew(self, layout: PlaceLayout) -> None:
         """Use another layout; no vehicle is on the road."""
         self._layout, self.places = layout, layout.places
         self._laid.clear()
+        self._on_edge.clear()
+
+
+def _edge(place: Place) -> str:
+    """Return the edge of a place, which is called by its lane."""
+    return place.name.partition("/")[0].rpartition("_")[0]
 
 
 _GAP_M: Final = 2.5
 """The gap of a new vehicle to the vehicle ahead [m]."""
+
+_COMES_M, _ACROSS_M = 15.0, 3.0
+"""A vehicle is about to come to a lane if it is nearer than the first; it swings over the lane beside while
+more than the second of it is not yet on its own [m]."""
 
 
 class Arrivals:
@@ -159,7 +183,13 @@ class Arrivals:
             rear_m = other.front_m - body.begin_m - other.make.length_m
             if rear_m < clear_m or (other.parks and other.stops_here()):
                 return False
-        return True
+        return not any(map(_swings_in, self._paths.bodies_beside(leg)))
+
+
+def _swings_in(body: Body) -> bool:
+    """Return whether a vehicle lies across the beginning of its place, or is about to."""
+    front_m = body.vehicle.front_m - body.begin_m
+    return front_m > -_COMES_M and front_m - body.vehicle.make.length_m < -_ACROSS_M
 
 
 class Fronts:

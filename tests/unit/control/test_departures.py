@@ -6,6 +6,7 @@ from typing import Any, cast
 import pytest
 
 from loopgate.control.departures import DepartureRules
+from loopgate.control.driving import Arrivals, Paths
 from loopgate.control.ledger import Ledger
 from loopgate.control.places import Place, path_of
 
@@ -136,3 +137,21 @@ def test_few_that_drive_once_depart_onto_crowded_paths_where_others_drive_loops(
     rules = DepartureRules(cast("Any", now), cast("Any", driving), cast("Any", due), slots, limits)
     rules.look()
     assert went == ["once"] * goes
+
+
+@pytest.mark.parametrize(
+    ("front_m", "length_m", "is_clear"),
+    [(84.0, 12.0, True), (90.0, 12.0, False), (107.0, 12.0, False), (112.0, 12.0, True), (102.5, 5.0, True)],
+)
+def test_nobody_departs_beside_a_long_body_that_swings_in(
+    front_m: float, length_m: float, *, is_clear: bool
+) -> None:
+    """A bus comes to the lane beside, which begins at 100 m: its rear is still over both lanes."""
+    own, beside = Place("e_0", 3), Place("e_1", 3)
+    bus = SimpleNamespace(front_m=front_m, make=SimpleNamespace(length_m=length_m), parks=False)
+    beside.bodies.append(cast("Any", SimpleNamespace(vehicle=bus, begin_m=100.0)))
+    leg = SimpleNamespace(place=own, begin_m=0.0)
+    paths = Paths(cast("Any", SimpleNamespace(places={"e_0": own, "e_1": beside}, path=lambda _: [leg])))
+    arrivals = Arrivals(cast("Any", None), cast("Any", None), paths)
+    track = cast("Any", SimpleNamespace(legs=(), position=0, front_m=5.5))
+    assert arrivals.is_clear(track) == is_clear
