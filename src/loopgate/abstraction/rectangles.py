@@ -12,7 +12,7 @@ from loopgate.arrays import Flags, Floats, Ints
 
 _X, _Y, _AHEAD_X, _AHEAD_Y, _HALF_M, _WIDE_M, _Z = range(7)
 
-_ABOVE_M = 2.5
+ABOVE_M = 2.5
 """Bodies on lanes with this difference in height do not touch [m]."""
 
 _AT_ONCE = 10_000
@@ -132,7 +132,7 @@ def _overlap(a: Floats, b: Floats) -> Flags:
     x, y = b[:, _X] - a[:, _X], b[:, _Y] - a[:, _Y]
     cos = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_X] + a[:, _AHEAD_Y] * b[:, _AHEAD_Y])
     sin = np.abs(a[:, _AHEAD_X] * b[:, _AHEAD_Y] - a[:, _AHEAD_Y] * b[:, _AHEAD_X])
-    together = np.abs(a[:, _Z] - b[:, _Z]) < _ABOVE_M
+    together = np.abs(a[:, _Z] - b[:, _Z]) < ABOVE_M
     for one, other in ((a, b), (b, a)):
         u, v = one[:, _AHEAD_X], one[:, _AHEAD_Y]
         half, wide = other[:, _HALF_M], other[:, _WIDE_M]

@@ -126,11 +126,13 @@ class Courtesy(Part):
         manners.speed, manners.first = inf, False
         manners.since_s = manners.stands_s = inf
         manners.clear = manners.freed = None
-        if not vehicle.trips or vehicle.steered:
+        if not vehicle.trips:
             return
         if not heeds and not self._is_soon(vehicle, manners, step_s):
             return
         trip = next_trip(vehicle, BEYOND_M, 0.0)
+        if trip is not None and _is_behind_guide(vehicle, trip):
+            return
         if not heeds and not _matters(vehicle, trip):
             return
         if clear is not None:
@@ -209,6 +211,12 @@ def next_trip(vehicle: Vehicle, beyond_m: float, of_length: float) -> GrantedPas
             if left_m >= -(beyond_m + of_length * lookout.length_m):
                 return trip
     return None
+
+
+def _is_behind_guide(vehicle: Vehicle, trip: GrantedPass) -> bool:
+    """Return whether a movement begins behind the next point where a steered vehicle may have to stop."""
+    lookout = trip.over.lookout
+    return lookout is not None and trip.line_m + lookout.from_m > vehicle.guide_m
 
 
 def _matters(vehicle: Vehicle, trip: GrantedPass | None) -> bool:

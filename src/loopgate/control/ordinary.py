@@ -3,7 +3,7 @@
 The rule refuses a vehicle while an ordinary vehicle
 
 - stands or drives ahead of it on its lane;
-- is, with some part, on a lane inside the junction that crosses its path;
+- is, with some part, on a lane inside the junction, or inside one beside it, that crosses its path;
 - stands or creeps on a lane that joins its path there, or between the junctions of its crossing: one that
   drives on is followed, as SUMO's drivers do (`Lookout.is_blocked`);
 - comes over the junction where nothing keeps the two apart, too late to pass before the vehicle and too soon

@@ -160,6 +160,20 @@ def under_way(scene: Scene, now_s: float = 1.0) -> Vehicle:
     return scene.car
 
 
+@pytest.mark.parametrize(("guide_m", "slows"), [(120.0, True), (95.0, False)])
+def test_one_that_must_change_lanes_behind_a_junction_slows_down_before_it(
+    guide_m: float,
+    slows: bool,  # noqa: FBT001
+) -> None:
+    """Where it must change lanes before, it is held there."""
+    scene = Scene()
+    car, courtesy = under_way(scene), Courtesy(scene.told)  # type: ignore[arg-type]
+    car.steered, car.guide_m = True, guide_m
+    scene.let_come(scene.put("side", 0.0, 10.0), 40.0)
+    courtesy.look([car])
+    assert ("car" in scene.told.speeds) == slows
+
+
 def test_a_vehicle_slows_down_before_a_junction_to_which_somebody_comes_and_goes_on_after() -> None:
     scene = Scene()
     car, courtesy = under_way(scene), Courtesy(scene.told)  # type: ignore[arg-type]

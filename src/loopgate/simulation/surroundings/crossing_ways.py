@@ -5,13 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
+from statistics import fmean
 from typing import Protocol
 
-from shapely import LineString, Point, get_coordinates
+import numpy as np
+from shapely import LineString, Point, Polygon, STRtree, get_coordinates, shortest_line
 from shapely.ops import substring
 
 from loopgate.abstraction.itinerary import DrawnLeg
+from loopgate.abstraction.rectangles import ABOVE_M
 from loopgate.network import RoadNetwork
+from loopgate.network.bridges import Bridge, find_bridges
 from loopgate.network.road import Connection
 
 __all__ = ["ComingWay", "CrossingAhead", "CrossingWays", "WaitingPart", "WayOver"]
@@ -48,7 +53,7 @@ class WayOver:
     from_m
         Distance of its beginning from the end of the state before the crossing [m].
     across
-        Lanes inside the junction that must be empty when a vehicle sets out.
+        Lanes inside the junction, or inside one beside it, that must be empty when a vehicle sets out.
     unseen
         Lanes of `across` on which SUMO overlooks vehicles in the way, and would drive on.
     approaches
@@ -151,6 +156,7 @@ class CrossingWays:
         self._behind = {movement.to_edge: movement.junction for movement in network.connections}
         """By edge, the junction at which the edge begins."""
         self._lines: dict[tuple[str, ...], LineString] = {}
+        self._inside = [movement for movement in network.connections if movement.via]
         for movement in network.connections:
             self._at.setdefault(movement.junction, []).append(movement)
             self._into.setdefault(_end(movement), []).extend(movement.via)
@@ -185,14 +191,14 @@ class CrossingWays:
 
     def _crossed(self, crossing: Sequence[Connection], line_m: float) -> Iterator[WayOver]:
         """Yield the movements of a crossing whose stop line is at `line_m` on the lane before the first."""
-        own = {lane for movement in crossing for lane in movement.via}
+        own = {lane for movement in crossing for lane in (_begin(movement), *movement.via, _end(movement))}
         junctions = {movement.junction for movement in crossing}
         from_m = -line_m
         for movement in crossing:
             from_m += self._network.edges[movement.from_edge].lanes[movement.from_lane].length_m
             lanes = [self._network.lanes[lane] for lane in movement.via]
             length_m = sum(lane.length_m for lane in lanes)
-            foes, unseen, comers = self._foes(movement, junctions)
+            foes, unseen, comers = self._foes(movement, junctions, own)
             yield WayOver(
                 from_m=from_m,
                 across=tuple(lane for lane in foes if lane not in own),
@@ -210,11 +216,11 @@ class CrossingWays:
             from_m += length_m
 
     def _foes(
-        self, movement: Connection, junctions: Container[str]
+        self, movement: Connection, junctions: Container[str], own: Container[str]
     ) -> tuple[tuple[str, ...], tuple[str, ...], tuple[ComingWay, ...]]:
         """Return the lanes that must be empty for a movement, the lanes SUMO overlooks, and the approaches.
 
-        The movement belongs to a crossing over `junctions`.
+        The movement belongs to a crossing over `junctions`, and over the lanes `own`.
         """
         lanes: dict[str, None] = {}
         unseen: dict[str, None] = {}
@@ -229,19 +235,75 @@ class CrossingWays:
                 comers[ComingWay(other.from_edge, other.to_edge, other.signal)] = None
             if touches:
                 unseen.update(dict.fromkeys(other.via))
+        for other in self._beside(movement, junctions, own):
+            lanes.update(dict.fromkeys(other.via))
+            unseen.update(dict.fromkeys(other.via))
         return tuple(lanes), tuple(unseen), tuple(comers)
 
+    def _beside(
+        self, movement: Connection, junctions: Container[str], own: Container[str]
+    ) -> Iterator[Connection]:
+        """Yield the movements at other junctions whose vehicles touch those on a movement.
+
+        Where short roads join junctions, a vehicle at its stop line may stand with its rear inside the
+        junction before, across a way over this one. SUMO drives both. The movement belongs to a crossing over
+        `junctions` and over the lanes `own`: who comes from one of these lanes, or drives into one, is minded
+        at that lane's junction.
+        """
+        if not movement.via:
+            return
+        for number in sorted(self._tree.query(self._swept(movement), "intersects").tolist()):
+            other = self._inside[number]
+            joins = _begin(other) in own or _end(other) in own
+            if other.junction not in junctions and not joins and not self._lies_above(movement, other):
+                yield other
+
+    @cached_property
+    def _tree(self) -> STRtree:
+        return STRtree([self._swept(movement) for movement in self._inside])
+
+    def _swept(self, movement: Connection) -> Polygon:
+        """Return where vehicles on a movement may be, up to the end of a road too short for them."""
+        end = _end(movement)
+        short = self._network.lanes[end].length_m < _CAR_M
+        return self._line((*movement.via, end) if short else movement.via).buffer(
+            _ABREAST_M / 2.0, cap_style="flat"
+        )
+
+    @cached_property
+    def _bridges(self) -> tuple[Bridge, ...]:
+        return find_bridges(self._network, self._network.lanes)
+
+    def _lies_above(self, movement: Connection, other: Connection) -> bool:
+        """Return whether one of two ways is on a bridge over the other."""
+        heights = [
+            [z for lane in one.via for z in self._network.lanes[lane].heights] for one in (movement, other)
+        ]
+        if all(heights):
+            return abs(fmean(heights[0]) - fmean(heights[1])) > ABOVE_M
+        x_m, y_m = get_coordinates(shortest_line(self._line(movement.via), self._line(other.via)))[:1].T
+        pairs = [(np.array([one]), np.array([two])) for one in movement.via for two in other.via]
+        return any(bridge.parts(*pair, x_m, y_m).any() for bridge in self._bridges for pair in pairs)
+
     def _past(self, movement: Connection, foes: Iterable[str]) -> dict[str, float]:
-        """Return for each lane the position from which a rear is out of the movement's way [m]."""
+        """Return for each lane the position from which a rear is out of the movement's way [m].
+
+        From a lane beside the junction that ends before the way, it is out once it has left the lane.
+        """
         if not movement.via:
             return {}
-        near = self._line(movement.via).buffer(_ABREAST_M)
+        here = {lane for other in self._at[movement.junction] for lane in other.via}
+        near, beside = (
+            self._line(movement.via).buffer(_ABREAST_M),
+            self._swept(movement).buffer(_ABREAST_M / 2.0),
+        )
         past: dict[str, float] = {}
         for lane in foes:
             if self._ends[lane] != _end(movement):
                 line = self._line((lane,))
-                there = get_coordinates(line.intersection(near))
-                past[lane] = max((line.project(Point(at)) for at in there), default=0.0)
+                there = get_coordinates(line.intersection(near if lane in here else beside))
+                never = 0.0 if lane in here else math.inf
+                past[lane] = max((line.project(Point(at)) for at in there), default=never)
         return past
 
     def _stands_across(self, other: Connection, junctions: Container[str]) -> bool:
@@ -278,6 +340,10 @@ class CrossingWays:
         if lanes not in self._lines:
             self._lines[lanes] = LineString([p for lane in lanes for p in self._network.lanes[lane].shape])
         return self._lines[lanes]
+
+
+def _begin(movement: Connection) -> str:
+    return f"{movement.from_edge}_{movement.from_lane}"
 
 
 def _end(movement: Connection) -> str:

@@ -25,6 +25,9 @@ _TOLD_S = 5.0
 _DECEL_MPS2 = 4.5
 """Deceleration of SUMO's cars when they have to brake [m/s2]."""
 
+_ENTERED = 8
+"""Number of junctions whose lights are remembered for each vehicle; a body lies over fewer."""
+
 _RED = frozenset("ru")
 
 
@@ -103,8 +106,8 @@ class Verdicts:
         """The lanes that vehicles came over."""
         self._network, self._traffic, self._drive = network, traffic, drive
         self._moments: deque[tuple[float, Whereabouts]] = deque()
-        self._letters: dict[str, str] = {}
-        """The letter of the light when each vehicle entered its last junction; empty for none."""
+        self._letters: dict[str, deque[tuple[Connection, str]]] = {}
+        """By vehicle, the last movements that it entered, and the letters of their lights; empty for none."""
         self._lit = any(movement.signal is not None for movement in network.connections)
         self._inside = {lane: movement for movement in network.connections for lane in movement.via}
         self._between = {(m.from_edge, m.to_edge): m for m in network.connections}
@@ -118,7 +121,8 @@ class Verdicts:
             for vehicle, was, lane in moved:
                 movement = self._driven_onto(was, lane)
                 if movement is not None:
-                    self._letters[vehicle] = self._letter(movement)
+                    entered = self._letters.setdefault(vehicle, deque(maxlen=_ENTERED))
+                    entered.appendleft((movement, self._letter(movement)))
             for vehicle in gone:
                 self._letters.pop(vehicle, None)
         self._moments.append((now, here))
@@ -130,15 +134,21 @@ class Verdicts:
         movement = self._inside.get(lane) or self._between.get((_edge(was), _edge(lane)))
         return None if not was or movement is None or was in movement.via else movement
 
-    def _entry(self, vehicle: str) -> _Entry | None:
-        """Return a vehicle's entry into the last junction on its path, if it is remembered."""
+    def _entry(self, vehicle: str, lane: str) -> _Entry | None:
+        """Return a vehicle's entry into the junction of a lane, if it is remembered.
+
+        If the lane is outside junctions, into the last junction on the vehicle's path. Its front may have
+        come to the next junction meanwhile.
+        """
+        there = self._inside.get(lane)
         after: list[tuple[float, str]] = []
-        for (at_s, lane), (_, was) in pairwise(self.trails.back(vehicle)):
-            after.append((at_s, lane))
-            movement = self._driven_onto(was, lane)
-            if movement is not None:
-                past_s = (now for now, there in reversed(after) if there not in movement.via[:-1])
-                return _Entry(at_s, movement, self._letters.get(vehicle, ""), next(past_s, math.inf))
+        for (at_s, onto), (_, was) in pairwise(self.trails.back(vehicle)):
+            after.append((at_s, onto))
+            movement = self._driven_onto(was, onto)
+            if movement is not None and (there is None or movement.junction == there.junction):
+                past_s = (now for now, here in reversed(after) if here not in movement.via[:-1])
+                letter = next((shown for one, shown in self._letters.get(vehicle, ()) if one is movement), "")
+                return _Entry(at_s, movement, letter, next(past_s, math.inf))
         return None
 
     def _letter(self, movement: Connection) -> str:
@@ -171,7 +181,7 @@ class Verdicts:
             return gated, f"{gated} was in a place without a grant"
         if ordinary not in self._moments[-1][1].vehicles:
             return gated, f"{ordinary} is on foot"
-        one, other = self._entry(gated), self._entry(ordinary)
+        one, other = self._entry(gated, collision.lane), self._entry(ordinary, collision.lane)
         if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
             return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
         return self._erred_at_junction((gated, ordinary), (one, other))

@@ -47,3 +47,15 @@ def test_who_would_wait_for_it_across_its_way_counts() -> None:
     comers = [{(a.from_edge, a.to_edge) for a in movement.approaches} for movement in way.movements]
     assert any(("46424277", "-46424277") in approaches for approaches in comers)
     assert any(("70130339#2", "46424277") in approaches for approaches in comers)
+
+
+def test_who_is_inside_the_junction_beside_in_the_way_counts() -> None:
+    """Who turns round there drives over the way; who only comes there may wait outside it."""
+    network = RoadNetwork.open("sumo:DRT")
+    loop = generate_loops(network, 1, length_m=(400.0, 9000.0), via=("71028777#2", "142575692#3"))[0]
+    ways = CrossingWays(network).of(Plan(network, ((loop, DEFAULT_TYPE),)).tracks[0])
+    turned = ":268816953_0_0"
+    (movement,) = (m for way in ways for m in way.movements if turned in m.across)
+    assert turned in movement.unseen
+    assert movement.past_m[turned] > 0.0
+    assert all(a.from_edge != "24733697#2" for a in movement.approaches)

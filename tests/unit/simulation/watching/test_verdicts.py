@@ -15,6 +15,7 @@ from loopgate.traffic.base import Collision, Light
 
 MAJOR = Connection("west", 0, "east", 0, (":j_0_0",), "s", "j", 0, ("t", 0))
 MINOR = Connection("south", 0, "north", 0, (":j_1_0", ":j_2_0"), "s", "j", 1, ("t", 1))
+BEHIND = Connection("east", 0, "far", 0, (":k_0_0",), "s", "k", 0, ("t", 1))
 LENGTH_M = dict.fromkeys(("west_0", "south_0", "east_0", "north_0", ":j_0_0", ":j_1_0", ":j_2_0"), 100.0)
 
 
@@ -24,7 +25,7 @@ class Junction:
     def __init__(self, shown: str = "GG", *, trespassing: bool = False, equal: bool = False) -> None:
         yields = (frozenset[int](), frozenset[int]() if equal else frozenset({0}))
         network: Any = SimpleNamespace(
-            connections=(MAJOR, MINOR),
+            connections=(MAJOR, MINOR, BEHIND),
             junctions={"j": SimpleNamespace(yields_to=yields)},
             lanes={lane: SimpleNamespace(length_m=length) for lane, length in LENGTH_M.items()},
         )
@@ -123,6 +124,16 @@ def test_who_drives_in_at_red_errs() -> None:
     junction.step(g=("south_0", 99.0, 5.0), o=("west_0", 99.0, 10.0))
     junction.step(g=(":j_1_0", 3.0, 5.0), o=(":j_0_0", 3.0, 10.0))
     assert junction.erred() == ("ordinary", "o drove in at red")
+
+
+@pytest.mark.parametrize(("shown", "erred"), [("GG", "ordinary"), ("rG", "gated")])
+def test_the_junction_counts_where_they_collide(shown: str, erred: str) -> None:
+    """The front of the gated vehicle is in the next one, where no light is red; its rear is hit."""
+    junction = Junction(shown)
+    junction.step(g=("west_0", 99.0, 8.0), o=("south_0", 99.9, 0.0))
+    junction.step(g=(":j_0_0", 98.0, 8.0))
+    junction.step(g=(":k_0_0", 1.0, 8.0), o=(":j_1_0", 2.0, 2.0))
+    assert junction.erred("g", "o")[0] == erred
 
 
 def test_who_comes_later_errs_where_none_yields() -> None:
