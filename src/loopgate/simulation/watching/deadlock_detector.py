@@ -250,8 +250,9 @@ class DeadlockDetector:
         if not deadlocked({v: waits[v] for v in stuck - self._known}):
             return waits
         alone = ahead.left_alone([v for v in still if ahead.future.stays(v, now)])
-        every = {v: maybe.get(v) or self._waits(v, places, inf) for v in (*alone, *self._known)}
-        return _among(every, every.keys())
+        lasting = {*alone, *self._known} - self._paused
+        every = {v: maybe.get(v) or self._waits(v, places, inf) for v in sorted(lasting)}
+        return _among(every, lasting | self._paused)
 
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()

@@ -324,14 +324,19 @@ class Told(Ahead):
     """Tells a future and who is left alone; counts how often it was asked to look."""
 
     def __init__(
-        self, moves_s: dict[str, float], *, alone: Collection[str] = "abc", until_s: float = math.inf
+        self,
+        moves_s: dict[str, float],
+        *,
+        alone: Collection[str] = "abc",
+        until_s: float = math.inf,
+        ends: bool = False,
     ) -> None:
         super().__init__()
         here = dict.fromkeys("abcd", 0.0) | moves_s
-        self.told, self.alone, self.looks = Future(until_s, here), alone, 0
+        self.told, self.alone, self.looks, self.ends = Future(until_s, here), alone, 0, ends
 
     def look(self, *, ends: bool) -> None:
-        assert not ends  # nobody stops
+        assert ends == self.ends
         self.looks += 1
         self.future = self.told
 
@@ -379,6 +384,19 @@ def test_who_moved_and_left_the_others_standing_was_not_waited_for() -> None:
     waits = {"a": ["b"], "b": ["a"], "d": []}
     assert foreseen(Passing(waits), Told({"d": 5000.0})) == [(70.0, ("a", "b"), 2)]
     assert watched(Passing(waits)) == []
+
+
+def test_who_may_wait_for_one_at_a_stop_is_in_no_deadlock() -> None:
+    """However long the stop lasts: it ends by itself."""
+
+    class Beside(Standing):
+        def of(self, vehicle: str, stood_s: float) -> list[list[str]]:
+            return [["b", "bus"]] if vehicle == "a" else super().of(vehicle, stood_s)
+
+    traffic = Beside({"a": ["b"], "b": ["a"], "c": ["d"], "d": ["c"], "bus": []})
+    traffic.pausing = {"bus"}
+    ahead = Told({"bus": 0.0}, alone=["a", "b", "c", "d", "bus"], ends=True)
+    assert foreseen(traffic, ahead) == [(70.0, ("c", "d"), 2)]
 
 
 def test_of_a_vehicle_that_came_since_nothing_is_known() -> None:
