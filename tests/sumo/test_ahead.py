@@ -105,9 +105,9 @@ def test_left_alone_are_those_that_wait_for_each_other(files: list[str]) -> None
             v for v in traffic.vehicles() if traffic.lane(v)[0] in {"A0A1_0", "A1B1_0", "B1B0_0", "B0A0_0"}
         }
         assert len(block) > 20
-        alone = set(ahead.left_alone(traffic.vehicles()))
+        alone = set(ahead.left_alone(traffic.vehicles(), block))
         assert alone >= block
-        assert not ahead.left_alone({v for v in block if traffic.lane(v)[0] != "A0A1_0"})
+        assert not ahead.left_alone({v for v in block if traffic.lane(v)[0] != "A0A1_0"}, block)
         assert traffic.now_s == END_S  # nothing happened here
         assert set(traffic.vehicles()) >= block
     finally:

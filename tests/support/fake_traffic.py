@@ -103,6 +103,9 @@ class FakeTraffic:
             vehicle.resting = True
             self._halted.append(name)
 
+    def outside(self) -> Sequence[str]:
+        return ()
+
     def vehicles(self) -> Sequence[str]:
         """All of them, always."""
         return tuple(self.fleet)

@@ -129,6 +129,9 @@ class Traffic(Protocol):
     def departed(self) -> Sequence[str]:
         """Return the vehicles that were inserted in the last step."""
 
+    def outside(self) -> Sequence[str]:
+        """Return the vehicles that wait for space to be inserted."""
+
     def arrived(self) -> Sequence[str]:
         """Return the vehicles that reached the end of their route in the last step."""
 

@@ -556,6 +556,10 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         self._now, self._seen_s = float(self._simulation.getTime()), -inf
         self.renew_again(self._now)
 
+    def outside(self) -> Sequence[str]:
+        ids: Sequence[str] = self._simulation.getPendingVehicles()
+        return ids
+
     def vehicles(self) -> Sequence[str]:
         ids: Sequence[str] = self._vehicles()
         return ids

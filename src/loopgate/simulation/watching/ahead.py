@@ -7,6 +7,7 @@ import os
 import signal
 import warnings
 from collections.abc import Callable, Collection, Mapping
+from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field
 from math import inf
@@ -29,6 +30,9 @@ Drivers have closed up by some metres after half an hour."""
 
 _ALONE_S, _MOVES_M = 300.0, 1.0
 """For how long vehicles are left alone [s]; those drive on that come farther than the second in it [m]."""
+
+_MANY, _OFTEN_S, _SELDOM_S = 20, 10.0, 160.0
+"""After so many tries that leave nobody, the next ones are rarer: first and last interval [s]."""
 
 _EVERY_S: Final = 5.0
 """A copy looks at the odometers at this interval [s]."""
@@ -75,8 +79,15 @@ class Ahead:
         `ends`: whether anything stands that goes on by itself.
         """
 
-    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
-        """Return those of some vehicles that stand on if all others are gone: they wait for each other."""
+    def left_alone(
+        self,
+        vehicles: Collection[str],
+        core: AbstractSet[str],  # noqa: ARG002  for those who can try
+    ) -> Collection[str]:
+        """Return those of some vehicles that stand on if all others are gone: they wait for each other.
+
+        `core`: those that may wait for each other; without them nobody does.
+        """
         return vehicles
 
 
@@ -104,6 +115,8 @@ class SimulatedAhead(Ahead):
         super().__init__()
         self._traffic, self._step, self._ends = traffic, step, ends
         self._for_s = _SHARED_S if shared else _FOR_S
+        self._failed, self._try_s = 0, -inf
+        """How often nobody was left alone of late, and when to try again [s]."""
         self.took_s = 0.0
         """Wall time of all looks so far [s]."""
 
@@ -144,16 +157,32 @@ class SimulatedAhead(Ahead):
             then_s = now
         return (begin_s + self._for_s if then_s - changed_s >= _FROZEN_S else then_s), moves_s
 
-    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
-        """Let a copy drive on without the others, and without those that then go on."""
-        found = self._in_a_copy(lambda alive: self._stand_on(vehicles, alive))
+    def left_alone(self, vehicles: Collection[str], core: AbstractSet[str]) -> Collection[str]:
+        """Let a copy drive on without the others, and without those that then go on.
+
+        In a jam that does not close for long the tries become rarer: each takes as long as five minutes do.
+        """
+        now = self._traffic.now_s
+        if now < self._try_s:
+            return ()
+        found = self._in_a_copy(lambda alive: self._stand_on(vehicles, core, alive))
+        self._failed = 0 if found is None or found else self._failed + 1
+        again_s = _OFTEN_S * 2.0 ** (self._failed - _MANY) if self._failed > _MANY else 0.0
+        self._try_s = now + min(again_s, _SELDOM_S)
         return vehicles if found is None else found
 
-    def _stand_on(self, vehicles: Collection[str], alive: Callable[[], object]) -> list[str]:
+    def _stand_on(
+        self,
+        vehicles: Collection[str],
+        core: AbstractSet[str],
+        alive: Callable[[], object],
+    ) -> list[str]:
         """Take all others away, and drive on; take away, too, whoever drives; return who is left."""
         traffic, left = self._traffic, set(vehicles)
         here_m = self._odometers()
         until_s, next_s = traffic.now_s + _ALONE_S, traffic.now_s
+        for one in traffic.outside():
+            traffic.take_out(one)
         while left and traffic.now_s < until_s:
             at_m = self._odometers()
             left &= at_m.keys()
@@ -161,6 +190,8 @@ class SimulatedAhead(Ahead):
                 next_s += _EVERY_S
                 alive()
                 left -= {one for one in left if at_m[one] - here_m[one] > _MOVES_M}
+                if left.isdisjoint(core):
+                    return []
             for one in at_m.keys() - left:
                 traffic.take_out(one)
             traffic.step()

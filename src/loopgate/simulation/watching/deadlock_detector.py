@@ -249,10 +249,11 @@ class DeadlockDetector:
         stuck = deadlocked(waits)
         if not deadlocked({v: waits[v] for v in stuck - self._known}):
             return waits
-        alone = ahead.left_alone([v for v in still if ahead.future.stays(v, now)])
-        lasting = {*alone, *self._known} - self._paused
-        every = {v: maybe.get(v) or self._waits(v, places, inf) for v in sorted(lasting)}
-        return _among(every, lasting | self._paused)
+        rest = [v for v in still if ahead.future.stays(v, now)]
+        every = {v: maybe.get(v) or self._waits(v, places, inf) for v in rest if v not in self._paused}
+        core = stuck - self._known
+        lasting = {*ahead.left_alone(rest, core), *self._known} & every.keys()
+        return _among({v: every[v] for v in sorted(lasting)}, lasting | self._paused)
 
     def _read(self) -> tuple[Sequence[str], Floats]:
         vehicles = self._traffic.vehicles()

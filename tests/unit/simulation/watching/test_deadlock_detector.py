@@ -340,7 +340,8 @@ class Told(Ahead):
         self.looks += 1
         self.future = self.told
 
-    def left_alone(self, vehicles: Collection[str]) -> Collection[str]:
+    def left_alone(self, vehicles: Collection[str], core: AbstractSet[str]) -> Collection[str]:
+        assert core <= set(vehicles)
         return [one for one in vehicles if one in self.alone]
 
 
