@@ -198,6 +198,9 @@ def read_stops(
     )
 
 
+_DRIVE = ("passenger", "bus", "tram")
+
+
 def _stop(
     network: RoadNetwork,
     element: ET.Element,
@@ -240,6 +243,13 @@ def _stop(
     )
 
 
+def _first_lane(network: RoadNetwork, edge: str) -> str:
+    """Return the first lane of an edge that is no sidewalk, as SUMO takes it; "" without an edge."""
+    lanes = network.edges[edge].lanes if edge in network.edges else ()
+    first = next((lane.index for kind in _DRIVE for lane in lanes if kind in lane.allowed), 0)
+    return f"{edge}_{first}" if edge else ""
+
+
 def _told(element: ET.Element, what: str) -> tuple[tuple[str, str], ...]:
     time_of(element, "arrival", what)  # is it one?
     return tuple((name, element.attrib[name]) for name in _PASSED_ON if element.get(name))
@@ -275,7 +285,7 @@ def _where(
         length_m = _lane_m(network, place.lane, f"{place.file}: {attribute} {name}")
         start_m, end_m = (_from_begin(m, length_m) for m in (place.start_m, place.end_m))
         return kind, name, place.lane, max(0.0, start_m), min(end_m, length_m)
-    lane = element.get("lane") or (f"{element.get('edge')}_0" if element.get("edge") else "")
+    lane = element.get("lane") or _first_lane(network, element.get("edge", ""))
     if not lane:
         msg = f"{what}: it names no place; give busStop, parkingArea or the like, or lane"
         raise RouteError(msg)
