@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 STAMP  := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak mutants standstills unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel public-inputs sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
+.PHONY: help compiled plain test-compiled demo house readme pictures docs setup test check browser animation format bench cost bench-replay bench-sweep networks small-networks city throughput soak mutants standstills car-following unseen long-vehicles buses covering standing watched day scale attached ordinary circulator any-traffic lights mixed-traffic real-networks streams scenarios recount fuzz proofs wheel public-inputs sumo-versions vehicles-alone vehicles-roads vehicles-costs vehicles-processes lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -123,6 +123,9 @@ watched: $(STAMP) ## how often streets are seen: SUMO and the gate, loops by des
 
 standstills: $(STAMP) ## 200 made networks that lock up and 100 gated runs past closures: what was told, beside SUMO's positions afterwards
 	$(BIN)/python analysis/standstills.py --seeds 200 --gated 100
+
+car-following: $(STAMP) ## every car-following model of SUMO under the gate, soft and hard brakes, slow and fast roads: 800 of 3,264 runs
+	$(BIN)/python analysis/car_following.py
 
 unseen: $(STAMP) ## 200 made networks of every kind, with positions: what is not as it should be
 	$(BIN)/python analysis/unseen.py --made 200 --out out/unseen/made

@@ -24,7 +24,7 @@ from frame_table import frame_table
 from rich.console import Console
 
 from loopgate import Scenario
-from loopgate.simulation.by_messages import decisions
+from loopgate.simulation.by_messages.motor import Motor
 from loopgate.simulation.run import simulate
 from loopgate.vehicles import keeper as keepers
 from loopgate.vehicles import post as posts
@@ -83,6 +83,12 @@ def _keeps_the_grant(vehicle: cars.AskingVehicle, grant: Grant) -> cars.Answer:
     return replace(vehicle, number=grant.number), []
 
 
+def _sees_nobody(motor: Motor) -> list[int]:
+    found = list(motor._setting_out)
+    motor._setting_out.clear()
+    return found
+
+
 GRANTED = cars.granted
 RULES: dict[str, tuple[Any, str, Callable[..., Any]]] = {
     "post: no slot free, no grant": (posts, "_decided", _lets_in),
@@ -94,7 +100,7 @@ RULES: dict[str, tuple[Any, str, Callable[..., Any]]] = {
     "post: a number counts once": (posts, "_asked", _old_numbers_count),
     "keeper: no two leases in conflict": (keepers, "_conflict", lambda *_: False),
     "vehicle: sets out within its lease": (cars, "in_time", lambda *_: True),
-    "vehicle: looks before it sets out": (decisions.DecisionsByMessages, "_sees_free", lambda *_: True),
+    "vehicle: looks before it sets out": (Motor, "seen_to_go", _sees_nobody),
     "vehicle: its rear is out before it says so": (cars, "granted", _left_while_there),
     "vehicle: gives an unused grant back": (cars, "give_back", _keeps_the_grant),
     "vehicle: repeats what no post has heard": (cars, "repeat", lambda *_: []),
@@ -112,10 +118,10 @@ def broken(rule: str) -> Iterator[None]:
         yield
 
 
-def row(rule: str, vehicles: int, out: Path) -> dict[str, Any]:
+def row(rule: str, vehicles: int, seed: int, out: Path) -> dict[str, Any]:
     """Run once; return what is seen."""
     with broken(rule):
-        summary = simulate(replace(GRID, vehicles=vehicles), out, overwrite=True)
+        summary = simulate(replace(GRID, vehicles=vehicles, seed=seed), out, overwrite=True)
     findings = summary["audit"] if isinstance(summary["audit"], list) else []
     kinds = Counter(_kind(text) for text in findings)
     told = summary["by_messages"]
@@ -148,8 +154,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "out" / "vehicles_broken")
     parser.add_argument("--counts", type=int, nargs="+", default=COUNTS)
+    parser.add_argument("--seed", type=int, default=GRID.seed)
     given = parser.parse_args()
-    rows = [row(rule, n, given.out / "run") for rule in ("", *RULES) for n in given.counts]
+    rows = [row(rule, n, given.seed, given.out / "run") for rule in ("", *RULES) for n in given.counts]
     headings = {name: name for name in rows[0]}
     Console(width=150).print(frame_table(pd.DataFrame(rows), headings, title="One rule broken at a time"))
     whole = [one for one in rows if one["rule"] == "(none)"]

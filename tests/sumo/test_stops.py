@@ -10,6 +10,7 @@ from xml.etree import ElementTree as ET
 
 import pandas as pd
 import pytest
+from made_networks import netgenerate
 
 from loopgate.analysis import compute_stops
 from loopgate.errors import NobodyGatedError, ScenarioError
@@ -38,9 +39,9 @@ def run(folder: Path, routes: str, places: str = PLACES, **options: Any) -> dict
     (folder / "my.rou.xml").write_text(f"<routes>{routes}</routes>", encoding="utf-8")
     (folder / "my.add.xml").write_text(places, encoding="utf-8")
     given: dict[str, Any] = {"routes": str(folder / "my.rou.xml"), "stops": str(folder / "my.add.xml")}
-    given = {"duration_s": 600.0, **given, **options}
+    given = {"network": NET, "duration_s": 600.0, **given, **options}
     words = f"--stop-output {folder / 'stops.xml'} --personinfo-output {folder / 'persons.xml'}"
-    return simulate(Scenario(network=NET, sumo=words, **given), folder / "run", overwrite=True)
+    return simulate(Scenario(sumo=words, **given), folder / "run", overwrite=True)
 
 
 def made(folder: Path) -> list[dict[str, str]]:
@@ -128,6 +129,23 @@ def test_a_stop_on_every_road_is_made_where_routes_are_renewed_too(tmp_path: Pat
     (laps,) = vehicles(tmp_path)["laps"]
     assert summary["stops"]["missed"] == 0
     assert 4 * laps <= summary["stops"]["served"] <= 4 * laps + 4
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_a_stop_that_names_only_an_edge_is_on_no_sidewalk(gate: str, tmp_path: Path) -> None:
+    """Lane 0 is a sidewalk there: SUMO stops a vehicle on the first lane for cars, in every round."""
+    options = "--grid --grid.number=3 --grid.length=120 --sidewalks.guess --sidewalks.guess.max-speed=20"
+    streets = netgenerate(options, tmp_path / "streets.net.xml")
+    route = '<route id="r" edges="A0A1 A1B1 B1B0 B0A0"><stop edge="A1B1" endPos="60" duration="5"/></route>'
+    text = f'{route}<vehicle id="v" route="r"/>'
+    summary = run(tmp_path, text, "<additional/>", network=str(streets), gate=gate)
+    assert {one.get("lane") for one in ET.parse(tmp_path / "stops.xml").getroot().iter("stopinfo")} >= {
+        "A1B1_1"
+    }
+    (laps,) = vehicles(tmp_path)["laps"]
+    assert summary["stops"]["missed"] == 0
+    assert laps <= summary["stops"]["served"] <= laps + 1
+    assert laps > 5
 
 
 def test_a_long_stop_is_no_wait_and_no_deadlock(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ Drivers have closed up by some metres after half an hour."""
 _ALONE_S, _MOVES_M = 300.0, 1.0
 """For how long vehicles are left alone [s]; those drive on that come farther than the second in it [m]."""
 
-_MANY, _OFTEN_S, _SELDOM_S = 20, 10.0, 160.0
+_MANY, _OFTEN_S, _SELDOM_S = 20, 20.0, 160.0
 """After so many tries that leave nobody, the next ones are rarer: first and last interval [s]."""
 
 _EVERY_S: Final = 5.0
@@ -167,8 +167,8 @@ class SimulatedAhead(Ahead):
             return ()
         found = self._in_a_copy(lambda alive: self._stand_on(vehicles, core, alive))
         self._failed = 0 if found is None or found else self._failed + 1
-        again_s = _OFTEN_S * 2.0 ** (self._failed - _MANY) if self._failed > _MANY else 0.0
-        self._try_s = now + min(again_s, _SELDOM_S)
+        rarer = self._failed - _MANY - 1
+        self._try_s = now + (min(_OFTEN_S * 2.0**rarer, _SELDOM_S) if rarer >= 0 else 0.0)
         return vehicles if found is None else found
 
     def _stand_on(
