@@ -193,8 +193,10 @@ class Traveller:
         The times at which the gate granted its states to the vehicle, in order [s].
     leaves_s
         The times at which, by the trace, its rear left its states, in order [s].
-    end_s
-        The time at which, by the trace, it went off the road [s]; infinity if it did not.
+    begin_s, end_s
+        The times at which, by the trace, it came under the gate, and went off the road [s]; infinity if it
+        did not. SUMO may have had it on the road before: a vehicle is taken out again at once that has
+        departed together with others so that no slot is left for it.
     """
 
     def __init__(
@@ -204,9 +206,10 @@ class Traveller:
         loop: LoopTable,
         grants_s: Floats,
         leaves_s: Floats,
+        begin_s: float = -np.inf,
         end_s: float = np.inf,
     ) -> None:
-        self.end_s = end_s
+        self.begin_s, self.end_s = begin_s, end_s
         self.number = number
         self.body = body
         self._loop = loop
@@ -533,11 +536,13 @@ class _Audit:
             name: LoopTable(loop, self._lanes, stretches.loops[name]) for name, loop in layout.loops.items()
         }
         parked: list[pd.DataFrame] = []
-        grants, leaves, ends = _times(_watched(events, parked), (Event.GRANT, Event.LEAVE, Event.END))
+        kinds = Event.START, Event.GRANT, Event.LEAVE, Event.END
+        starts, grants, leaves, ends = _times(_watched(events, parked), kinds)
         taken = {name for rows in parked for name in rows[VEHICLE][rows[REASON] == TAKEN_OUT].astype(str)}
         for name in taken & ends.keys():  # SUMO tells it a step late
             ends[name] = ends[name] - layout.step_s
         none = np.zeros(0)
+        absent = np.inf if starts else -np.inf  # without a gate there are no such events
         self._travellers = [
             Traveller(
                 number,
@@ -545,6 +550,7 @@ class _Audit:
                 tables[body.loop],
                 grants.get(name, none),
                 leaves.get(name, none),
+                float(starts[name][0]) if name in starts else absent,
                 float(ends[name][-1]) if name in ends else np.inf,
             )
             for number, (name, body) in enumerate(layout.vehicles.items())
@@ -623,6 +629,12 @@ class _Audit:
     ) -> Floats:
         """Judge the rows of one vehicle; return the positions of its front, see `Traveller.arcs`."""
         name = self._names[traveller.number]
+        before = positions.time_s[rows] < traveller.begin_s
+        if before.any():
+            found = np.full(len(rows), np.nan)
+            if not before.all():
+                found[~before] = self._vehicle(traveller, positions, rows[~before], entered, left)
+            return found
         lane, time, speed = positions.lane[rows], positions.time_s[rows], positions.speed_mps[rows]
         found = arcs = traveller.arcs(lane, positions.pos_m[rows], positions.odometer_m[rows])
         known = ~np.isnan(arcs)

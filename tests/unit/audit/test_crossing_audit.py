@@ -266,6 +266,14 @@ def test_more_bodies_than_a_place_holds(tmp_path: Path) -> None:
     assert found.findings[0].at_s == pytest.approx(11.0, abs=0.01)
 
 
+def test_who_is_on_the_road_before_it_is_under_the_gate_takes_no_slot(tmp_path: Path) -> None:
+    """SUMO inserts v3, the gate takes it out after a step, and lets it depart again later."""
+    ways = {"v1": drive(20.0, 5.0, until_m=112.0), "v3": drive(10.0, 5.0, until_m=70.0)}
+    granted = [*GRANTED, (5.0, "v1", "grant", "A_0"), (1.0, "v1", "start", "A_0")]
+    assert rules(audit(tmp_path, ways, granted)) == []
+    assert rules(audit(tmp_path, ways, [*granted, (10.0, "v3", "start", "A_0")])) == ["room"]
+
+
 def test_a_front_beyond_its_grant(tmp_path: Path) -> None:
     """v1 is granted B_0 after the step in which it came 6.1 m beyond A_0: too late for that step."""
     found = audit(tmp_path, {"v1": drive(20.0, 12.0, until_m=90.0)}, [(4.0, "v1", "grant", "B_0")], steps=20)
