@@ -8,7 +8,10 @@ from pathlib import Path
 
 import pytest
 import sumo
+from made_networks import netgenerate
 
+from loopgate.abstraction.parting import Partings
+from loopgate.network import RoadNetwork
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -71,3 +74,14 @@ def test_types_with_the_model_for_sublanes_are_ordinary(tmp_path: Path) -> None:
     assert (summary["vehicles"], summary["others"]["vehicles"], summary["deadlocks"]) == (8, 8, [])
     assert summary["unfinished"] == summary["collisions"] == 0
     assert any("vType sublane: laneChangeModel SL2015" in line for line in summary["warnings"])
+
+
+def test_two_ways_out_of_a_lane_past_points_to_wait_at_are_apart_only_up_to_there(tmp_path: Path) -> None:
+    """SUMO lets a driver past such a point follow nobody on the other way: both lead left, a lane apart."""
+    roads = RoadNetwork.open(
+        netgenerate("--grid --grid.number=3 --grid.length=200 -L 3", tmp_path / "wide.net.xml")
+    )
+    lefts = [c for c in roads.connections if c.from_id == "A0B0_2" and c.direction == "l"]
+    first_m = min(roads.lanes[c.via[0]].length_m for c in lefts)
+    assert [len(c.via) for c in lefts] == [2, 2]
+    assert Partings(roads).parted_m(*(c.via[0] for c in lefts)) == first_m

@@ -35,7 +35,8 @@ class Partings:
         """Return how far behind the end of their common lane two movements part [m].
 
         They may come nearer again farther on: a leader that turns back crosses its follower's way. If they
-        part nowhere in the junction, it is the length of the shorter movement.
+        part nowhere in the junction, it is the length of the shorter movement. Where both lead over points at
+        which vehicles wait inside, SUMO lets them follow each other up to there only.
 
         `one`, `other`: the first lanes of the movements inside the junction; if one is no such lane, 0 is
         returned.
@@ -49,9 +50,10 @@ class Partings:
     def _parted_m(self, ways: Sequence[Connection]) -> float:
         lines = [self._drawn(way) for way in ways]
         lengths = [self._network.over_m(way) for way in ways]
+        waits_m = [self._network.lanes[way.via[0]].length_m for way in ways if len(way.via) > 1]
         shares = [_first_apart(*some) for some in (lines, lines[::-1])]
         parted_m = max(share * length for share, length in zip(shares, lengths, strict=True))
-        return min(parted_m, *lengths)
+        return min(parted_m, *lengths, *(waits_m if len(waits_m) == len(ways) else ()))
 
     def _drawn(self, way: Connection) -> shapely.LineString:
         return shapely.LineString([p for lane in way.via for p in self._network.lanes[lane].shape])
