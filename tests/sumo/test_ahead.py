@@ -21,7 +21,10 @@ EVERY_S, MOVES_M = 5, 0.2
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """Return options for a block of streets round which four flows lock up, and a fifth drives on beside."""
+    """Return options for a block of streets round which four flows lock up.
+
+    Other vehicles depart later; SUMO reads them from the long file while it drives.
+    """
     folder = tmp_path_factory.mktemp("block")
     options = "--grid --grid.number 2 --grid.length 80 --grid.attach-length 80"
     netgenerate(f"{options} --default-junction-type priority", folder / "n.net.xml")
@@ -36,7 +39,12 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
         f'<route edges="{way}"/></flow>'
         for k, way in enumerate(ways)
     )
-    (folder / "d.rou.xml").write_text(f"<routes>{''.join(flows)}</routes>")
+    later = (
+        f'<!--{" " * 300_000}--><vehicle id="l{at_s}" depart="{at_s}">'
+        '<route edges="left0A0 A0bottom0"/></vehicle>'
+        for at_s in (270, 300, 330, 360)
+    )
+    (folder / "d.rou.xml").write_text(f"<routes>{''.join((*flows, *later))}</routes>")
     return ["-n", str(folder / "n.net.xml"), "-r", str(folder / "d.rou.xml"), "--time-to-teleport", "-1"]
 
 
@@ -79,6 +87,7 @@ def looked(files: list[str], tmp_path_factory: pytest.TempPathFactory) -> Looked
 def test_what_a_copy_sees_comes(looked: Looked) -> None:
     """To the second, for each vehicle; a vehicle that it does not name as moving stands."""
     ahead, moved_s, _ = looked
+    assert any(vehicle.startswith("l") for vehicle in moved_s)
     assert ahead.future.until_s >= END_S
     assert {v: at_s for v, at_s in ahead.future.moves_s.items() if LOOK_S < at_s <= END_S} == moved_s
 

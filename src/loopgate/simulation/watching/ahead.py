@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
+import stat
 import warnings
 from collections.abc import Callable, Collection, Mapping
 from collections.abc import Set as AbstractSet
@@ -34,6 +35,9 @@ _ALONE_S, _MOVES_M = 300.0, 1.0
 _MANY, _OFTEN_S, _SELDOM_S = 20, 20.0, 160.0
 """After so many tries that leave nobody, the next ones are rarer: first and last interval [s]."""
 
+_GIVES_UP: Final = 3
+"""After so many copies that failed no more are made."""
+
 _EVERY_S: Final = 5.0
 """A copy looks at the odometers at this interval [s]."""
 
@@ -44,6 +48,8 @@ _ROUNDING_M: Final = 1e-6
 
 _SILENT_S, _MOST_BYTES = 60.0, 1 << 16
 """A copy that has said nothing for so long hangs [s, by the clock]."""
+
+_LONGEST_PATH: Final = 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +121,8 @@ class SimulatedAhead(Ahead):
         super().__init__()
         self._traffic, self._step, self._ends = traffic, step, ends
         self._for_s = _SHARED_S if shared else _FOR_S
+        self._lost = 0
+        """How many copies in a row have failed."""
         self._failed, self._try_s = 0, -inf
         """How often nobody was left alone of late, and when to try again [s]."""
         self.took_s = 0.0
@@ -127,9 +135,10 @@ class SimulatedAhead(Ahead):
 
     def look(self, *, ends: bool) -> None:
         """Let a copy drive on for an hour, or until nothing moves any more."""
-        found = self._in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
-        if found is not None:
-            self.future = Future(*found)
+        if self._lost < _GIVES_UP:
+            found = self._in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
+            self._lost = self._lost + 1 if found is None else 0
+            self.future = self.future if found is None else Future(*found)
 
     def _in_a_copy(self, work: Callable[[Callable[[], object]], object]) -> Any | None:  # noqa: ANN401  JSON
         began = perf_counter()
@@ -216,7 +225,7 @@ def _in_a_copy(work: Callable[[Callable[[], object]], object]) -> Any | None:  #
             copy = -1
     if not copy:
         with suppress(BaseException):
-            _write_to(write)
+            _on_its_own(write)
             os.write(write, json.dumps(work(lambda: os.write(write, b" "))).encode())
         os._exit(0)
     os.close(write)
@@ -237,10 +246,30 @@ def _in_a_copy(work: Callable[[Callable[[], object]], object]) -> Any | None:  #
         return None
 
 
-def _write_to(only: int) -> None:
-    """Let all that this process writes go nowhere, but for one file."""
+def _on_its_own(only: int) -> None:
+    """Let all that this process writes go nowhere, but for one file; let it read its files by itself.
+
+    A file that both processes have open has one position: what the copy reads, the run would miss.
+    """
     nowhere = os.open(os.devnull, os.O_RDWR)
     for name in (int(one.name) for one in Path("/dev/fd").iterdir()):
         if name not in (only, nowhere):
             with suppress(OSError):
-                os.dup2(nowhere, name)
+                os.dup2(_anew(name) or nowhere, name)
+
+
+def _anew(name: int) -> int:
+    """Open once more, at the same position, a file that is open for reading only; 0 for anything else."""
+    import fcntl  # noqa: PLC0415  Windows, where no process is copied, has none
+
+    reads = fcntl.fcntl(name, fcntl.F_GETFL) & os.O_ACCMODE == os.O_RDONLY
+    if not reads or not stat.S_ISREG(os.fstat(name).st_mode):
+        return 0
+    asks = getattr(fcntl, "F_GETPATH", None)  # macOS
+    if asks is None:
+        path = str(Path(f"/dev/fd/{name}").readlink())
+    else:
+        path = os.fsdecode(fcntl.fcntl(name, asks, bytes(_LONGEST_PATH)).rstrip(b"\0"))
+    again = os.open(path, os.O_RDONLY)
+    os.lseek(again, os.lseek(name, 0, os.SEEK_CUR), os.SEEK_SET)
+    return again
