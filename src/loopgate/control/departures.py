@@ -195,7 +195,8 @@ class DepartureRules:
     def _collect(self, one: VehicleStart, leg: Leg, now_s: float) -> None:
         """Keep room ahead for a long vehicle that has waited `_LONG_S`, unless another collects room.
 
-        Where other vehicles keep driving into a place ahead, it is closed to them from time to time.
+        Places ahead stay open to other vehicles meanwhile: closed at times, they would cost all others more
+        than it gains.
         """
         needed_m = one.type.needed_m
         is_long = any(place.extra_m(needed_m) > 0.0 for place in visits(leg))
@@ -203,10 +204,7 @@ class DepartureRules:
             self._collector = one
         if one is not self._collector:
             return
-        missing = self._driving.ledger.collect(leg, needed_m, self._collected)
-        if (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
-            for place in missing:
-                self._driving.ledger.shut(place)
+        self._driving.ledger.collect(leg, needed_m, self._collected)
 
     def _give_up(self, one: VehicleStart) -> None:
         """Keep no longer what was collected for a vehicle."""

@@ -22,7 +22,7 @@ from loopgate.control.lights import Lights
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
 from loopgate.control.part import Part
-from loopgate.control.places import STANDING_MPS, Body, Leg, Make, Place, Vehicle
+from loopgate.control.places import STANDING_MPS, Body, Leg, Make, Movement, Place, Vehicle
 from loopgate.control.sight import Sight
 from loopgate.control.spacing import Spacing
 from loopgate.control.steering import Steering
@@ -45,6 +45,8 @@ class Paths:
         """The drawn legs and their path, by identity of the drawn legs."""
         self._on_edge: dict[str, list[Place]] = {}
         """The places by their edge."""
+        self._over_edge: dict[str, list[Movement]] = {}
+        """The movements to lanes that are no places, by the edge of the lane."""
         self.places = layout.places
         """The places, by name."""
 
@@ -58,14 +60,36 @@ class Paths:
 
     def bodies_beside(self, leg: Leg) -> Iterator[Body]:
         """Yield the vehicles that hold slots on the other lanes of the edge of a leg's place."""
-        edge = _edge(leg.place)
-        if edge not in self._on_edge:
-            self._on_edge = {}
-            for place in self.places.values():
-                self._on_edge.setdefault(_edge(place), []).append(place)
-        for place in self._on_edge.get(edge, ()):
+        self._sort()
+        for place in self._on_edge.get(_edge(leg.place.name), ()):
             if place is not leg.place:
                 yield from place.bodies
+
+    def is_passed(self, leg: Leg) -> bool:
+        """Return whether a vehicle drives, or is about to, over another lane of the edge that is no place."""
+        self._sort()
+        for movement in self._over_edge.get(_edge(leg.place.name), ()):
+            for trip in movement.junction.trips:
+                begin_m = trip.line_m + trip.over.ahead_m
+                if trip.over.movement is movement and trip.vehicle.front_m > begin_m - _COMES_M:
+                    return True
+        return False
+
+    def _sort(self) -> None:
+        """Sort places and movements by edge, once."""
+        if self._on_edge:
+            return
+        for place in self.places.values():
+            self._on_edge.setdefault(_edge(place.name), []).append(place)
+        lanes = {_lane(name) for name in self.places}
+        for movement in self._layout.movements:
+            lane = movement.name.partition(">")[2]
+            if lane not in lanes:
+                self._over_edge.setdefault(_edge(lane), []).append(movement)
+
+    def _sort_anew(self) -> None:
+        self._on_edge.clear()
+        self._over_edge.clear()
 
     def lay(self, tracks: Iterable[Track]) -> None:
         """Lay paths out before vehicles come."""
@@ -89,18 +113,23 @@ class Paths:
         laid = {id(diary.path): (diary.path, ways[diary.track.loop]) for diary in diaries}
         self._layout.extend(slots, list(ways.values()), list(laid.values()))
         self._laid.clear()
-        self._on_edge.clear()
+        self._sort_anew()
 
     def lay_anew(self, layout: PlaceLayout) -> None:
         """Use another layout; no vehicle is on the road."""
         self._layout, self.places = layout, layout.places
         self._laid.clear()
-        self._on_edge.clear()
+        self._sort_anew()
 
 
-def _edge(place: Place) -> str:
-    """Return the edge of a place, which is called by its lane."""
-    return place.name.partition("/")[0].rpartition("_")[0]
+def _lane(place: str) -> str:
+    """Return the lane of a place, which is called by it."""
+    return place.partition("/")[0]
+
+
+def _edge(place: str) -> str:
+    """Return the edge of a place, or of a lane."""
+    return _lane(place).rpartition("_")[0]
 
 
 _GAP_M: Final = 2.5
@@ -183,7 +212,7 @@ class Arrivals:
             rear_m = other.front_m - body.begin_m - other.make.length_m
             if rear_m < clear_m or (other.parks and other.stops_here()):
                 return False
-        return not any(map(_swings_in, self._paths.bodies_beside(leg)))
+        return not (any(map(_swings_in, self._paths.bodies_beside(leg))) or self._paths.is_passed(leg))
 
 
 def _swings_in(body: Body) -> bool:

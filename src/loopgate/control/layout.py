@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from math import inf
 from types import MappingProxyType
@@ -85,6 +85,11 @@ class PlaceLayout:
         for exits in _exits(ways).values():
             for name in exits:
                 self._movements[name].beside = [self._movements[other] for other in exits if other != name]
+
+    @property
+    def movements(self) -> Iterable[Movement]:
+        """All movements."""
+        return self._movements.values()
 
     def path(self, way: Drawings) -> list[Leg]:
         """Return the path over some legs; it is closed unless vehicles arrive on its last leg."""

@@ -8,7 +8,7 @@ import pytest
 from loopgate.control.departures import DepartureRules
 from loopgate.control.driving import Arrivals, Paths
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Place, path_of
+from loopgate.control.places import ConflictGroup, Movement, Place, path_of
 
 
 def wants(
@@ -88,16 +88,15 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
 
 
 def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
-    """Where it lacks, others are kept out every other twenty seconds; nobody else collects any meanwhile."""
-    now, lacks, shut, asked = SimpleNamespace(now_s=0.0), Place("lacks", 1), list[float](), set[str]()
+    """Nobody else collects any meanwhile."""
+    now, asked = SimpleNamespace(now_s=0.0), list[tuple[float, float]]()
     place = Place("a", 4, room_m=30.0, slot_m=7.5)
 
     def collect(_leg: object, needed_m: float, _held: object) -> list[Place]:
-        asked.add(f"{needed_m:g}")
-        return [lacks]
+        asked.append((now.now_s, needed_m))
+        return [place]
 
     ledger = SimpleNamespace(vehicles={}, fits=lambda *_: False, collect=collect)
-    ledger.shut = lambda closed: shut.append(now.now_s) if closed is lacks else None
     paths = SimpleNamespace(of=lambda _: path_of([place], closed=False))
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
     driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=0)
@@ -107,8 +106,8 @@ def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
     for second in range(200):
         now.now_s = float(second)
         rules.look()
-    assert asked == {"14.5"}
-    assert shut == [*range(140, 160), *range(180, 200)]
+    assert asked[0] == (120.0, 14.5)
+    assert {needed_m for _, needed_m in asked} == {14.5}
 
 
 @pytest.mark.parametrize(
@@ -151,7 +150,24 @@ def test_nobody_departs_beside_a_long_body_that_swings_in(
     bus = SimpleNamespace(front_m=front_m, make=SimpleNamespace(length_m=length_m), parks=False)
     beside.bodies.append(cast("Any", SimpleNamespace(vehicle=bus, begin_m=100.0)))
     leg = SimpleNamespace(place=own, begin_m=0.0)
-    paths = Paths(cast("Any", SimpleNamespace(places={"e_0": own, "e_1": beside}, path=lambda _: [leg])))
+    places = {"e_0": own, "e_1": beside}
+    paths = Paths(cast("Any", SimpleNamespace(places=places, movements=(), path=lambda _: [leg])))
     arrivals = Arrivals(cast("Any", None), cast("Any", None), paths)
     track = cast("Any", SimpleNamespace(legs=(), position=0, front_m=5.5))
     assert arrivals.is_clear(track) == is_clear
+
+
+@pytest.mark.parametrize(("front_m", "is_clear"), [(84.0, True), (86.0, False), (130.0, False)])
+def test_nobody_departs_beside_who_drives_over_a_lane_that_is_no_place(
+    front_m: float, *, is_clear: bool
+) -> None:
+    """The lane beside is so short that it belongs to the crossing, which begins at 100 m."""
+    junction, own = ConflictGroup(), Place("e_0", 3)
+    movement = Movement("d_0>e_1", junction)
+    over = SimpleNamespace(movement=movement, ahead_m=0.5)
+    bus = SimpleNamespace(front_m=front_m)
+    junction.trips.append(cast("Any", SimpleNamespace(vehicle=bus, over=over, line_m=99.5)))
+    leg = SimpleNamespace(place=own, begin_m=0.0)
+    layout = SimpleNamespace(places={"e_0": own}, movements=(movement,), path=lambda _: [leg])
+    arrivals = Arrivals(cast("Any", None), cast("Any", None), Paths(cast("Any", layout)))
+    assert arrivals.is_clear(cast("Any", SimpleNamespace(legs=(), position=0, front_m=5.5))) == is_clear
