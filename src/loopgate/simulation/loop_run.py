@@ -171,7 +171,7 @@ def run_to_end(
         end = course.begin_s + scenario.duration_s
         next_watch = start + FLOW_EVERY_S
         advance = _step(drive, collisions, each_step)
-        detector.ahead = ahead = _ahead(scenario, traffic, advance)
+        detector.ahead = ahead = _ahead(scenario, traffic, advance, end)
         while traffic.now_s < end and not over():
             advance()
             now = traffic.now_s
@@ -212,15 +212,17 @@ def _step(drive: Steps, collisions: CollisionLog, looks: Sequence[Callable[[], N
     return both
 
 
-def _ahead(scenario: Scenario, traffic: Traffic, advance: Callable[[], None]) -> SimulatedAhead | None:
-    """Return what looks ahead, under SUMO's rules alone.
+def _ahead(
+    scenario: Scenario, traffic: Traffic, advance: Callable[[], None], end_s: float
+) -> SimulatedAhead | None:
+    """Return what looks ahead, under SUMO's rules alone. `end_s`: when the run ends [s].
 
     Under a gate the ledger says who waits for whom, and a run that moves vehicles out of deadlocks changes
     what comes.
     """
     if scenario.gated or scenario.on_deadlock == "teleport" or not SimulatedAhead.works(traffic):
         return None
-    return SimulatedAhead(traffic, advance, ends=bool(scenario.incidents))
+    return SimulatedAhead(traffic, advance, ends=bool(scenario.incidents), end_s=end_s)
 
 
 def _note_roots(detector: DeadlockDetector, course: RunCourse, found: Deadlock | None, now: float) -> None:

@@ -24,10 +24,11 @@ __all__ = ["CREEPS_MPS", "Ahead", "Future", "SimulatedAhead"]
 CREEPS_MPS: Final = 0.04
 """A vehicle that is slower than this between two looks stands [m/s]: it only moves up to its leader."""
 
-_FOR_S, _SHARED_S, _ENOUGH_S = 3600.0, 1200.0, 600.0
-"""How far the future is looked at; the same where other code may change it; how much has to be known [s].
+_FOR_S, _SHORT_S, _ENOUGH_S = 3600.0, 1200.0, 600.0
+"""How far the future is looked at, at most and at least; how much has to be known [s].
 
-Drivers have closed up by some metres after half an hour."""
+Drivers have closed up by some metres after half an hour. The least is enough where other code may change what
+comes, and where the run ends: a jam that grows costs more the farther the look."""
 
 _ALONE_S, _MOVES_M = 300.0, 1.0
 """For how long vehicles are left alone [s]; those drive on that come farther than the second in it [m]."""
@@ -111,16 +112,24 @@ class SimulatedAhead(Ahead):
         Drives on by one step, as the run itself does.
     ends
         Whether something that keeps vehicles standing ends by itself, as closures and breakdowns do.
+    end_s
+        When the run ends [s].
     shared
         Whether other code may interfere.
     """
 
     def __init__(
-        self, traffic: Traffic, step: Callable[[], object], *, ends: bool = False, shared: bool = False
+        self,
+        traffic: Traffic,
+        step: Callable[[], object],
+        *,
+        ends: bool = False,
+        end_s: float = inf,
+        shared: bool = False,
     ) -> None:
         super().__init__()
         self._traffic, self._step, self._ends = traffic, step, ends
-        self._for_s = _SHARED_S if shared else _FOR_S
+        self._most_s, self._end_s = _SHORT_S if shared else _FOR_S, end_s
         self._lost = 0
         """How many copies in a row have failed."""
         self._failed, self._try_s = 0, -inf
@@ -134,7 +143,7 @@ class SimulatedAhead(Ahead):
         return traffic.in_this_process and hasattr(os, "fork")
 
     def look(self, *, ends: bool) -> None:
-        """Let a copy drive on for an hour, or until nothing moves any more."""
+        """Let a copy drive on until the run ends, for an hour at most, or until nothing moves any more."""
         if self._lost < _GIVES_UP:
             found = self._in_a_copy(lambda alive: self._drive_on(alive, ends=ends or self._ends))
             self._lost = self._lost + 1 if found is None else 0
@@ -150,9 +159,10 @@ class SimulatedAhead(Ahead):
     def _drive_on(self, alive: Callable[[], object], *, ends: bool) -> tuple[float, dict[str, float]]:
         """Drive on; return when that ended [s], and when each vehicle moved last, or was gone [s]."""
         begin_s = changed_s = then_s = self._traffic.now_s
+        for_s = min(self._most_s, max(_SHORT_S, self._end_s - begin_s + _ENOUGH_S))
         at_m = self._odometers()
         moves_s = dict.fromkeys(at_m, begin_s)
-        while then_s - begin_s < self._for_s and (ends or then_s - changed_s < _FROZEN_S):
+        while then_s - begin_s < for_s and (ends or then_s - changed_s < _FROZEN_S):
             while (now := self._traffic.now_s) - then_s < _EVERY_S:
                 self._step()
             alive()
@@ -164,7 +174,7 @@ class SimulatedAhead(Ahead):
             if not same or any(metres - before_m[one] > _ROUNDING_M for one, metres in at_m.items()):
                 changed_s = now
             then_s = now
-        return (begin_s + self._for_s if then_s - changed_s >= _FROZEN_S else then_s), moves_s
+        return (begin_s + for_s if then_s - changed_s >= _FROZEN_S else then_s), moves_s
 
     def left_alone(self, vehicles: Collection[str], core: AbstractSet[str]) -> Collection[str]:
         """Let a copy drive on without the others, and without those that then go on.
