@@ -4,7 +4,6 @@ import ctypes
 import json
 import math
 import os
-import re
 import signal
 import sys
 import threading
@@ -120,10 +119,7 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-_UNITS_S = 3600.0, 60.0, 1.0
 _OF_DAY = {"begin_s", "first_s"}
-_IN_PARTS = re.compile(r"(?:([\d.]+)h)?\s*(?:([\d.]+)min)?\s*(?:([\d.]+)s)?")
-"""``2h30min``: hours, minutes, seconds."""
 
 
 class Time(click.ParamType[float]):
@@ -134,18 +130,14 @@ class Time(click.ParamType[float]):
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the time [s]; fail if it is none."""
         # Needs the room of networks, and help should not.
-        from loopgate.network.clock import seconds, time_of_day
+        from loopgate.network.clock import time_of_day, with_units
 
         text = str(value).strip()
         with suppress(ValueError):
             return float(text)
         begins = param is not None and param.name in _OF_DAY
-        found = _IN_PARTS.fullmatch(text) if text else None
         try:
-            if found:
-                parts = zip(found.groups("0"), _UNITS_S, strict=True)
-                return sum(float(much) * unit_s for much, unit_s in parts)
-            return time_of_day(text) if begins else seconds(text)
+            return time_of_day(text) if begins else with_units(text)
         except ValueError:
             ways = "h:m, h:m:s or seconds" if begins else "seconds, h:m:s, 10min or 1.5h"
             self.fail(f"{text!r} is no time; write {ways}", param, ctx)

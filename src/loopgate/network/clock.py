@@ -1,12 +1,16 @@
 """Numbers and times in the notation of SUMO's files."""
 
 import math
+import re
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.reading import shown
 
 _SCALES = (1.0, 60.0, 3600.0, 86400.0)
+_UNITS_S = 3600.0, 60.0, 1.0
+_IN_PARTS = re.compile(r"(?:([\d.]+)h)?\s*(?:([\d.]+)min)?\s*(?:([\d.]+)s)?")
+"""``2h30min``: hours, minutes, seconds."""
 
 
 def as_number(text: str, *, default: float = math.nan) -> float:
@@ -30,13 +34,27 @@ def seconds(text: str) -> float:
     return total
 
 
+def with_units(text: str) -> float:
+    """Return a time in seconds as `seconds` does, or one with units, such as ``10min``.
+
+    Raises `ValueError` if the text is neither.
+
+    >>> with_units("2h30min"), with_units("90"), with_units("0:10:00")
+    (9000.0, 90.0, 600.0)
+    """
+    found = _IN_PARTS.fullmatch(text.strip()) if text.strip() else None
+    if found is None:
+        return seconds(text)
+    return sum(float(much) * unit_s for much, unit_s in zip(found.groups("0"), _UNITS_S, strict=True))
+
+
 def time_of_day(text: str) -> float:
-    """Return a time in seconds as `seconds` does, or a time of day ``h:m``, such as ``9:30``.
+    """Return a time in seconds as `with_units` does, or a time of day ``h:m``, such as ``9:30``.
 
     Raises `ValueError` if the text is neither.
     """
     try:
-        return seconds(f"{text}:00" if text.count(":") == 1 else text)
+        return with_units(f"{text}:00" if text.count(":") == 1 else text)
     except ValueError:
         msg = f"{text!r} is no time of day; expected h:m, h:m:s or seconds"
         raise ValueError(msg) from None

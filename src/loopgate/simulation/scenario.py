@@ -8,6 +8,7 @@ import numbers
 import operator
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -647,7 +648,7 @@ class Scenario:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any], *, source: str = "scenario") -> Scenario:
-        """Make a scenario from a mapping; keys may leave out their unit, as in ``duration``.
+        """Make a scenario from a mapping; keys may leave out their unit, as in ``duration = "10min"``.
 
         Raises
         ------
@@ -658,17 +659,15 @@ class Scenario:
         if not isinstance(given, Mapping):
             msg = f"{source} is {shown(data)}; expected names and values"
             raise ScenarioError(msg)
-        fields = {field.name for field in dataclasses.fields(cls)}
-        short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
-        short |= {"step_length": "step_s", "gated": "who"}
+        fields = keys()
         values: dict[str, Any] = {}
         for key, value in data.items():
-            name = short.get(key, key)
-            if name not in fields:
-                there = f"known are {', '.join(sorted(fields))}{meant(key, [*fields, *short])}"
+            name = fields.get(key, "")
+            if not name:
+                there = f"known are {', '.join(sorted(set(fields.values())))}{meant(key, list(fields))}"
                 msg = f"{source}: unknown key {shown(key)}; {there}"
                 raise ScenarioError(msg)
-            values[name] = value
+            values[name] = _in_seconds(name, value)
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
@@ -716,6 +715,24 @@ class Scenario:
                 value = f"{value[0]:g}:{value[1]:g}"
             words += [f"--{option_name(field.name)}", f"{value}"]
         return shlex.join([*words, "-o", out])
+
+
+@cache
+def keys() -> Mapping[str, str]:
+    """Return the field of each key that a file may have: its name, also without its unit."""
+    fields = [field.name for field in dataclasses.fields(Scenario)]
+    short = {name.rpartition("_")[0]: name for name in fields if name.endswith(("_s", "_m"))}
+    return {name: name for name in fields} | short | {"step_length": "step_s", "gated": "who"}
+
+
+def _in_seconds(field: str, value: object) -> object:
+    """Return a time that is written as on the command line in seconds; anything else as it is."""
+    if isinstance(value, str) and field.endswith("_s"):
+        from loopgate.network.clock import time_of_day, with_units  # noqa: PLC0415  help needs no networks
+
+        with suppress(ValueError):
+            return time_of_day(value) if field == "begin_s" else with_units(value)
+    return value
 
 
 def _plain_signature() -> inspect.Signature:

@@ -205,6 +205,14 @@ def read_sweep(file: Path | str) -> Sweep:
 
 
 def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
+    strange = [key for key in data if key not in _KEYS]
+    if strange:
+        from loopgate.simulation.scenario import keys  # noqa: PLC0415  only for the way out of an error
+
+        if strange[0] in keys():
+            table = "[grid]" if isinstance(data[strange[0]], list) else "[base]"
+            msg = f"{path}: {strange[0]} is a key of a scenario; write it below {table}"
+            raise SweepError(msg)
     check_keys(data, _KEYS, path, SweepError)
     base = dict(_table(data.get("base", {}), f"{path}: base"))
     if "scenario" in data:

@@ -105,3 +105,12 @@ def test_a_name_in_the_command_is_a_name_to_the_shell(name: str) -> None:
     said = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=True)
     assert said.stdout.splitlines() == words
     assert words[2].removeprefix("./") == words[words.index("--routes") + 1] == words[-1] == name
+
+
+def test_times_in_files_are_written_as_on_the_command_line() -> None:
+    """Also a time of day, at which the run begins."""
+    data = {"network": "sumo:DRT", "duration": "10min", "warmup_s": "0:01:00", "begin": "9:30"}
+    scenario = Scenario.from_dict(data)
+    assert (scenario.duration_s, scenario.warmup_s, scenario.begin_s) == (600.0, 60.0, 34200.0)
+    with pytest.raises(ScenarioError, match="duration_s is 'soon'; expected a number"):
+        Scenario.from_dict({"network": "sumo:DRT", "duration": "soon"})

@@ -89,6 +89,8 @@ def test_the_base_can_come_from_a_scenario_file(tmp_path: Path) -> None:
         ("[grid]\nvehicles = 3", "grid: vehicles is 3; expected a list of values, or a range"),
         ("[grid]\nseed = { from = 1 }", "a range is { from = 0, to = 4 }"),
         ("[grd]\nseed = [1]", "unknown key 'grd'; known are base, exclude"),
+        ('network = "n.net.xml"', r"network is a key of a scenario; write it below \[base\]"),
+        ("seed = [1, 2]", r"seed is a key of a scenario; write it below \[grid\]"),
         ("[grid]\nseed = []", "the sweep has no runs"),
         ("[grid]\nseed = [1]\n[[exclude]]\nseeds = 1", "exclude names seeds, which is no axis"),
         ('[base]\nnetwork = "no.net.xml"\n[grid]\nseed = [1]', "network no.net.xml: there is no such file"),
