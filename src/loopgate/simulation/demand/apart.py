@@ -6,6 +6,7 @@ A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 
@@ -101,7 +102,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
         )
         if all(len(network.edges[edge].lanes) == 1 for edge in edges):
             alone[edges, kind.vclass] = way
-        led[vehicle.id], used[vehicle.id] = way, tuple(span.lane_id for span in way.roads)
+        led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
         load.add(used[vehicle.id])
     ways: dict[tuple[object, ...], Loop] = {}
     found = {vehicle.id: vehicle for vehicle in vehicles}
@@ -146,6 +147,14 @@ def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
     begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
     return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
+
+
+def _counted(way: Loop) -> Iterator[str]:
+    """Yield what a vehicle loads: its lanes, and its movements from them."""
+    for span in way.roads:
+        yield span.lane_id
+    for span, after in pairwise(way.roads):
+        yield f"{span.lane_id}>{after.edge}"
 
 
 def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
