@@ -33,8 +33,8 @@ comes, and where the run ends: a jam that grows costs more the farther the look.
 _ALONE_S, _MOVES_M = 300.0, 1.0
 """For how long vehicles are left alone [s]; those drive on that come farther than the second in it [m]."""
 
-_MANY, _OFTEN_S, _SELDOM_S = 20, 20.0, 160.0
-"""After so many tries that leave nobody, the next ones are rarer: first and last interval [s]."""
+_MANY, _OFTEN_S, _DOUBLINGS = 20, 20.0, 3
+"""After so many tries that leave nobody the next are rarer: first interval [s], how often it doubles."""
 
 _GIVES_UP: Final = 3
 """After so many copies that failed no more are made."""
@@ -186,8 +186,8 @@ class SimulatedAhead(Ahead):
             return ()
         found = self._in_a_copy(lambda alive: self._stand_on(vehicles, core, alive))
         self._failed = 0 if found is None or found else self._failed + 1
-        rarer = self._failed - _MANY - 1
-        self._try_s = now + (min(_OFTEN_S * 2.0**rarer, _SELDOM_S) if rarer >= 0 else 0.0)
+        rarer = min(self._failed - _MANY - 1, _DOUBLINGS)
+        self._try_s = now + (_OFTEN_S * 2.0**rarer if rarer >= 0 else 0.0)
         return vehicles if found is None else found
 
     def _stand_on(
