@@ -130,3 +130,25 @@ def test_a_film_knows_its_end(looked: Looked) -> None:
     late = {v: at_s for v, at_s in moved_s.items() if at_s > LOOK_S + EVERY_S}
     assert film.future.until_s == END_S - 1.0
     assert all(abs(film.future.moves_s[v] - at_s) <= EVERY_S for v, at_s in late.items())
+
+
+def test_a_copy_takes_nothing_from_files_that_are_gone(files: list[str], tmp_path: Path) -> None:
+    """It cannot open such a file anew: it reads nothing, and the run reads on where it was."""
+    gone = tmp_path / "gone.txt"
+    gone.write_text("0123456789")
+    libsumo.start(["sumo", *files, "--no-step-log"])
+    try:
+        traffic = SumoTraffic(libsumo, libsumo_backend.ERROR, reads=libsumo_backend.READS)
+        with gone.open("rb", buffering=0) as text:
+
+            def step() -> None:
+                text.read(1)
+                traffic.step()
+
+            ahead = SimulatedAhead(traffic, step, end_s=1.0)
+            gone.unlink()
+            ahead.look(ends=True)
+            assert ahead.future.until_s > 0.0
+            assert text.read() == b"0123456789"
+    finally:
+        libsumo.close()

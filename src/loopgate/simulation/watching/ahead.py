@@ -264,8 +264,11 @@ def _on_its_own(only: int) -> None:
     nowhere = os.open(os.devnull, os.O_RDWR)
     for name in (int(one.name) for one in Path("/dev/fd").iterdir()):
         if name not in (only, nowhere):
+            own = nowhere
+            with suppress(OSError):  # a file that has been deleted since, or the list of files itself
+                own = _anew(name) or nowhere
             with suppress(OSError):
-                os.dup2(_anew(name) or nowhere, name)
+                os.dup2(own, name)
 
 
 def _anew(name: int) -> int:
