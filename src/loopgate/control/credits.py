@@ -114,16 +114,12 @@ def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict
     return found
 
 
-def collect(
-    leg: Leg, needed_m: float, held: dict[Place, float], changed: Callable[[Place], None]
-) -> list[Place]:
+def collect(leg: Leg, needed_m: float, held: dict[Place, float], changed: Callable[[Place], None]) -> None:
     """Keep the extra metres of a vehicle that waits to come in the places ahead where that can be done now.
 
-    Add these places to `held`, and return those that are still missing. So a vehicle that waits for many
-    places need not find all of them free at once. One vehicle at a time may do so: two could wait for each
-    other.
+    Add these places to `held`. So a vehicle that waits for many places need not find all of them free at
+    once. One vehicle at a time may do so: two could wait for each other.
     """
-    missing: list[Place] = []
     for place in visits(leg):
         extra_m = place.extra_m(needed_m)
         if extra_m <= 0.0 or place in held:
@@ -137,9 +133,6 @@ def collect(
         if fits:
             held[place] = extra_m
             _add(place, extra_m, changed)
-        else:
-            missing.append(place)
-    return missing
 
 
 def release(reserved: dict[Place, float], changed: Callable[[Place], None]) -> None:

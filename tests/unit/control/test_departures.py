@@ -92,9 +92,8 @@ def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
     now, asked = SimpleNamespace(now_s=0.0), list[tuple[float, float]]()
     place = Place("a", 4, room_m=30.0, slot_m=7.5)
 
-    def collect(_leg: object, needed_m: float, _held: object) -> list[Place]:
+    def collect(_leg: object, needed_m: float, _held: object) -> None:
         asked.append((now.now_s, needed_m))
-        return [place]
 
     ledger = SimpleNamespace(vehicles={}, fits=lambda *_: False, collect=collect)
     paths = SimpleNamespace(of=lambda _: path_of([place], closed=False))
