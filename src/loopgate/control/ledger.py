@@ -160,6 +160,9 @@ class Holdings:
             vehicle.since_s = self.now_s
             vehicle.reason = vehicle.cause = ""
             vehicle.answered = False
+            if vehicle.woken and vehicle in self._later:  # for its last request: this one is answered now
+                self._later.remove(vehicle)
+                vehicle.woken = False
             self._requests += 1
             vehicle.request = self._requests
             self.waiting[vehicle] = None

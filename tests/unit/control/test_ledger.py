@@ -362,3 +362,30 @@ def test_rules_are_asked_again_after_a_grant_that_may_hold_up_another_on_its_way
     ledger.rules_look_near, ledger._gave_back = True, False
     ledger._changed = {far}
     assert ledger._may_differ(vehicles[1]) == crosses_two
+
+
+def test_one_that_asks_again_at_once_is_answered_at_once_even_if_woken_before() -> None:
+    """Another came in behind it, in the same answer and before its grant: it was woken for the next one."""
+    z, a, b, c = (Place(name, slots) for name, slots in zip("zabc", (1, 3, 2, 1), strict=True))
+    make = Make(5.0, 2.6, 4.5, 20.0, 1.0)
+    ends_m = {"z": 50.0, "a": 100.0, "b": 115.0, "c": 200.0}
+
+    def path(*places: Place) -> list[Leg]:
+        begins_m = [ends_m[place.name] - 10.0 for place in places]
+        legs = [
+            Leg(p, n, begin_m, ends_m[p.name])
+            for n, (p, begin_m) in enumerate(zip(places, begins_m, strict=True))
+        ]
+        return joined(legs, closed=False)
+
+    ledger = Ledger(usual())
+    one = ledger.take_in("one", path(a, b, c), 0, make)
+    behind = ledger.take_in("behind", path(z, a, b), 0, make)
+    ledger.take_in("ahead", path(c), 0, make)
+    one.front_m, one.speed = 80.0, 18.0
+    for vehicle in (one, behind):
+        ledger.ask(vehicle)
+    assert ledger.answer() == [behind, one]
+    assert one.leg.place is b
+    assert one.reason == "occupied"
+    assert ledger.answer() == []
