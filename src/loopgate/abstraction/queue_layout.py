@@ -255,8 +255,9 @@ def lay_out_queues(
     users
         The loop and the type of each vehicle; further vehicles of the same loops and types may come.
     counted
-        Whether no further vehicles come. Then a place has as many slots as any of these vehicles fit;
-        otherwise as many as vehicles of the longest type on its lane fit.
+        Whether no further vehicles come. Then a place has as many slots as any of the vehicles on its loops
+        fit; otherwise as many as vehicles of the longest type on its lane fit. Of vehicles that drive once
+        any number may come to a place, since they choose lanes as they drive.
     own_lengths
         Whether vehicles keep their extra metres ahead. Then two slots are enough for a place where one of the
         longest vehicles fits beside another.
@@ -264,6 +265,7 @@ def lay_out_queues(
     counts = Counter(users)
     if not counted or len({kind.needed_m for _, kind in users}) == 1:
         counts = Counter(dict.fromkeys(counts, _MANY))  # how many there are of a kind makes no difference
+    counts.update({(loop, kind): _MANY for loop, kind in counts if not loop.closed})
     if not network.content:
         return _lay_out(network, counts, own_lengths=own_lengths)
     key = network.content, tuple(counts.items()), own_lengths

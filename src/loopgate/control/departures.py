@@ -69,6 +69,34 @@ On a grid of avenues with as many trips as SUMO's lights can take, 1165 of 1800 
 if crowded paths stop no departure. With the shares above, 1349 arrive, but in a town 5 to 10 % fewer."""
 
 
+def on_own_lanes(one: VehicleStart, _waiting: Callable[[str], int]) -> VehicleStart:
+    """Return a vehicle on the lanes that it has."""
+    return one
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """What decides beside places and gate when vehicles depart, and on which lanes.
+
+    Attributes
+    ----------
+    crowding
+        When a path is crowded.
+    most
+        Most vehicles on the road, ordinary ones too; 0 for any number.
+    lanes
+        Takes a vehicle that wants to depart, and a function that returns how many wait to depart in a place;
+        returns the vehicle on the lanes on which it shall depart.
+    """
+
+    crowding: Crowding = WITHOUT_LIGHTS
+    most: int = 0
+    lanes: Callable[[VehicleStart, Callable[[str], int]], VehicleStart] = on_own_lanes
+
+
+_USUAL: Final = Manner()
+
+
 class DepartureRules:
     """Lets vehicles depart, one at a time in each place; call `look` after each step.
 
@@ -84,10 +112,8 @@ class DepartureRules:
         The speed limit of each place on the road, by name [m/s].
     admits
         Returns whether every vehicle can still go on for ever with one more on a path.
-    crowding
-        When a path is crowded.
-    most
-        Most vehicles on the road, ordinary ones too; 0 for any number.
+    manner
+        What else decides.
     """
 
     def __init__(
@@ -99,10 +125,9 @@ class DepartureRules:
         limits: Mapping[str, float],
         admits: Callable[[Track], bool] = lambda _: True,
         *,
-        crowding: Crowding = WITHOUT_LIGHTS,
-        most: int = 0,
+        manner: Manner = _USUAL,
     ) -> None:
-        self._crowding, self._most = crowding, most
+        self._crowding, self._most, self._lanes = manner.crowding, manner.most, manner.lanes
         self._traffic, self._driving, self._admits = traffic, driving, admits
         self._coming, self._limits = deque(due), limits
         self._by_name = {one.vehicle: one for one in due}
@@ -130,7 +155,9 @@ class DepartureRules:
             self._missed[track.vehicle] = self._missed.get(track.vehicle, 0) + 1
             self._wait(self._by_name[track.vehicle])
         while self._coming and self._coming[0].demand.depart_s <= now_s:
-            self._wait(self._coming.popleft())
+            one = self._lanes(self._coming.popleft(), self._waiting)
+            self._by_name[one.vehicle] = one
+            self._wait(one)
         first = sorted((line[0] for line in self._outside.values() if line), key=self._turn_of)
         longest = None
         if first and self._others >= _IN_TURN and now_s >= first[0].demand.depart_s + _LONG_S:
@@ -153,6 +180,10 @@ class DepartureRules:
 
     def _wait(self, one: VehicleStart) -> None:
         insort(self._outside.setdefault((one.place, one.loop.closed), []), one, key=self._turn_of)
+
+    def _waiting(self, place: str) -> int:
+        """Return how many vehicles that drive once wait to depart in a place."""
+        return len(self._outside.get((place, False), ()))
 
     def _turn_of(self, one: VehicleStart) -> int:
         return self._turn[one.vehicle]

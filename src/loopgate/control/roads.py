@@ -215,12 +215,15 @@ class Approach:
         self.link: Final = link
 
     def is_open(self, now_s: float) -> bool:
-        """Return whether the light lets vehicles drive there now; without a light, it does."""
+        """Return whether the light lets vehicles drive there now or in the next step; without a light, it does.
+
+        A vehicle that gets a grant sets out in the next step, as does one that waits there for green.
+        """
         lamp = self.lamp
         if lamp is None:
             return True
-        lamp.look(now_s)
-        return lamp.state[self.link] in OPEN
+        state = lamp.next_step(now_s)[0]
+        return lamp.state[self.link] in OPEN or state[self.link] in OPEN
 
 
 class Lookout:

@@ -40,6 +40,7 @@ from loopgate.simulation.demand.apart import (
     sort_out,
 )
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_closed_stops, name_long_stops
+from loopgate.simulation.demand.other_lanes import OtherLanes
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import (
@@ -99,6 +100,8 @@ class Assembly:
         For each trip that may be rerouted, the policy.
     other_ways
         One nameless vehicle on each further path for these trips, and on each detour.
+    other_lanes
+        The lanes on which trips that are not rerouted may drive too.
     incidents
         Closed streets and vehicles that break down.
     detours
@@ -123,6 +126,7 @@ class Assembly:
     ungated: UngatedFleet = field(default_factory=UngatedFleet)
     anew: Mapping[str, ReroutingPolicy] = field(default_factory=dict)
     other_ways: tuple[VehicleStart, ...] = ()
+    other_lanes: OtherLanes = field(default_factory=OtherLanes)
     incidents: Incidents = field(default_factory=Incidents)
     detours: Mapping[str, str] = field(default_factory=dict)
     ungated_detours: tuple[tuple[Loop, Track], ...] = ()
@@ -156,6 +160,10 @@ class Assembly:
     def everybody(self) -> tuple[VehicleStart, ...]:
         """All vehicles, later departures included."""
         return (*self.starts, *self.departures)
+
+    def departed_on(self, starts: Mapping[str, VehicleStart]) -> "Assembly":
+        """Return the same parts with other starts of some vehicles that depart later, by name."""
+        return replace(self, departures=tuple(starts.get(one.vehicle, one) for one in self.departures))
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -220,11 +228,15 @@ def assemble(scenario: Scenario) -> Assembly:
     # Where there are detours, vehicles may change to loops that their types in SUMO do not know.
     tracks = _Tracks(network, peculiar, renews=bool(detours.own))
     starts = _place(scenario, vehicles, abstraction, tracks)
+    other_lanes = OtherLanes()
     if abstraction is None or not scenario.gated:
         departures = [departs_at_edge(v, tracks.on(v, Itinerary(v.loop))) for v in later]
     else:
-        ways = zip([*later, *others], abstraction.later, strict=True)
-        departures = [departs_in_place(v, way, tracks.on(v, way)) for v, way in ways]
+        ways = [
+            (v, way, tracks.on(v, way)) for v, way in zip([*later, *others], abstraction.later, strict=True)
+        ]
+        departures = [departs_in_place(*one) for one in ways]
+        other_lanes = OtherLanes(one for one in ways[: len(later)] if one[0].id not in anew)
     source = scenario.routes or scenario.network
     return Assembly(
         network,
@@ -246,6 +258,7 @@ def assemble(scenario: Scenario) -> Assembly:
         ungated=sorted_out.ungated,
         anew=anew,
         other_ways=tuple(departures[len(later) :]),
+        other_lanes=other_lanes,
         incidents=incidents,
         detours=detours.own,
         ungated_detours=()

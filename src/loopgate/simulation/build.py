@@ -10,7 +10,7 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Abstraction, PlaceRoom, Track
 from loopgate.arrays import Floats
-from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS
+from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS, Manner, on_own_lanes
 from loopgate.control.driving import Driving
 from loopgate.control.ledger import Ledger
 from loopgate.control.rules import sensed
@@ -27,6 +27,7 @@ from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Departures, GatedDepartures, UngatedDepartures, alone
 from loopgate.simulation.drive import Drive
 from loopgate.simulation.ground import Ground
+from loopgate.simulation.lane_choice import LaneChoice
 from loopgate.simulation.leading import Leading
 from loopgate.simulation.planned import PlannedStanding, find_ways_round
 from loopgate.simulation.rerouting import Rerouting
@@ -208,6 +209,12 @@ def open_gated(
     driving.paths.lay(assembly.tracks)
     drive = Drive(traffic, recorder, driving, assembly.tracks, gate, slack, laid.asked, laid.by_messages)
     departures, looks = Departures(()), list[Callable[[], None]]()
+    chooses = bool(assembly.other_lanes) and driving.ledger.by_chain and scenario.by_messages is None
+    rerouting = lanes = containment = None
+    if assembly.anew or assembly.contains or chooses:
+        leading = Leading(traffic, driving, [*assembly.tracks, *assembly.later_tracks])
+    if chooses:
+        lanes = LaneChoice(assembly, traffic, driving.paths, leading)
     if assembly.departures:
         room = sum(most for most in slots_of(assembly).values() if most < NEVER_FULL)
         departures = GatedDepartures(
@@ -217,13 +224,13 @@ def open_gated(
             driving,
             room,
             _admits(scenario, gate, laid, len(assembly.tracks)),
-            crowding=AT_LIGHTS if scenario.rule_for_lights == "obey" else WITHOUT_LIGHTS,
-            most=int(option_of(scenario, "max-num-vehicles", 0.0)),
+            manner=Manner(
+                AT_LIGHTS if scenario.rule_for_lights == "obey" else WITHOUT_LIGHTS,
+                int(option_of(scenario, "max-num-vehicles", 0.0)),
+                lanes.at_departure if lanes else on_own_lanes,
+            ),
         )
         looks.append(departures.look)
-    rerouting = containment = None
-    if assembly.anew or assembly.contains:
-        leading = Leading(traffic, driving, [*assembly.tracks, *assembly.later_tracks])
     if assembly.anew:
         rerouting = Rerouting(assembly, traffic, leading)
     if assembly.contains:
@@ -231,7 +238,7 @@ def open_gated(
         waits = scenario.standing == "wait"
         round_ = find_ways_round(assembly)
         containment = Containment(standing, round_, traffic, leading, recorder, waits=waits)
-    looks += [one.look for one in (rerouting, containment) if one is not None]
+    looks += [one.look for one in (rerouting, lanes, containment) if one is not None]
     stops = StopFigures(driving, traffic)
     looks += [stops.look] if stops.bus_stops else []
     return Session(
@@ -243,6 +250,7 @@ def open_gated(
         stops,
         departures,
         rerouting,
+        lanes,
         containment,
         tuple(looks),
         _kept(assembly, driving),
@@ -285,5 +293,5 @@ def open_ungated(scenario: Scenario, assembly: Assembly, traffic: Traffic, recor
         if containment is not None:
             containment.also = closures.report
     return Session(
-        traffic, drive, recorder, None, None, stops, departures, None, containment, tuple(looks), ()
+        traffic, drive, recorder, None, None, stops, departures, None, None, containment, tuple(looks), ()
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from loopgate.abstraction.itinerary import DrawnLeg, Track
-from loopgate.control.departures import WITHOUT_LIGHTS, Crowding, DepartureRules
+from loopgate.control.departures import DepartureRules, Manner
 from loopgate.control.diary import Diary
 from loopgate.control.driving import Driving
 from loopgate.control.places import Place
@@ -107,7 +107,7 @@ class GatedDepartures(Departures):
     admits
         Returns whether the gate would admit a further vehicle. By default, condition (S) of
         `loopgate.gates.certified.crowding` decides for vehicles on loops.
-    crowding, most
+    manner
         As for `loopgate.control.departures.DepartureRules`.
     """
 
@@ -120,10 +120,9 @@ class GatedDepartures(Departures):
         slots: int,
         admits: Callable[[Track], bool] | None = None,
         *,
-        crowding: Crowding = WITHOUT_LIGHTS,
-        most: int = 0,
+        manner: Manner,
     ) -> None:
-        self._crowding, self._most = crowding, most
+        self._manner = manner
         super().__init__(departures)
         self._admits = admits or self._may_stay
         self._traffic, self._driving = traffic, driving
@@ -145,9 +144,7 @@ class GatedDepartures(Departures):
         """Let vehicles depart that are due and may."""
         if self._rules is None:  # by now the vehicles of the beginning are on the road
             rules = self._traffic, self._driving, self._due, self._slots, self._limits
-            self._rules = DepartureRules(
-                *rules, admits=self._admits, crowding=self._crowding, most=self._most
-            )
+            self._rules = DepartureRules(*rules, admits=self._admits, manner=self._manner)
         self._rules.look()
 
     def _may_stay(self, track: Track) -> bool:

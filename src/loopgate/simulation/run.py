@@ -53,7 +53,7 @@ from loopgate.simulation.watching.road_waits import RoadWaits, SimulatedRoad
 from loopgate.simulation.watching.starving import StarvationWatch
 from loopgate.simulation.watching.verdicts import Verdicts
 from loopgate.simulation.watching.window import Window
-from loopgate.simulation.ways_driven import as_driven
+from loopgate.simulation.ways_driven import as_driven, departed_on
 
 _SHORT_S, _MOST_OF_IT = 300.0, 0.9
 """In a run shorter than the starvation time, vehicles starve after this share of the run, but not before
@@ -169,9 +169,11 @@ def _run(
             course.outcome = "starving" if course.outcome == "done" else course.outcome
         drive.settle()
         flow.look()
+        starts, turns = session.lanes.started if session.lanes else {}, session.turns
+        assembly = assembly.departed_on(starts)
         tallies, told = session.tallies(assembly, detector, course), session.report(course.end_s)
-        if turns := session.turns:
-            layout = read_layout(folder / run_folder.LAYOUT)
+        if starts or turns:
+            layout = departed_on(read_layout(folder / run_folder.LAYOUT), starts)
             legs = dict(zip(drive.names(), drive.granted().tolist(), strict=True))
             granted = {vehicle: leg for vehicle, leg in legs.items() if vehicle in turns.keys() - once}
             write_layout(as_driven(layout, turns, granted), folder / run_folder.LAYOUT)

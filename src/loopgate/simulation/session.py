@@ -44,6 +44,7 @@ from loopgate.simulation.assembly import Assembly
 from loopgate.simulation.containment import Containment
 from loopgate.simulation.departures import Arrived, Departures
 from loopgate.simulation.drive import Drive
+from loopgate.simulation.lane_choice import LaneChoice
 from loopgate.simulation.loop_run import RunCourse
 from loopgate.simulation.monitoring import monitoring_figures, note_unwatched, shape_text, write_streets
 from loopgate.simulation.rerouting import Rerouting
@@ -282,8 +283,8 @@ class Session:
         Figures of lights and ordinary traffic; None without a gate.
     stops, departures
         Figures of stops; wanted and real departures.
-    rerouting, containment
-        Reroutes trips; leads vehicles round standing ones. None if the run has neither.
+    rerouting, lanes, containment
+        Reroutes trips; chooses lanes for trips; leads vehicles round standing ones. None without.
     each_step
         Functions to call after each step.
     notes
@@ -301,6 +302,7 @@ class Session:
     stops: StopFigures
     departures: Departures
     rerouting: Rerouting | None
+    lanes: LaneChoice | None
     containment: Containment | None
     each_step: tuple[Callable[[], None], ...]
     notes: tuple[str, ...]
@@ -309,7 +311,7 @@ class Session:
     @property
     def turns(self) -> Mapping[str, Sequence[TurnOff]]:
         """The changes to other paths, by name of the vehicle."""
-        every = (self.rerouting, self.containment)
+        every = (self.rerouting, self.lanes, self.containment)
         return {vehicle: some for one in every if one for vehicle, some in one.turns.items() if some}
 
     def tallies(self, assembly: Assembly, detector: DeadlockDetector, course: RunCourse) -> list[Tally]:
@@ -360,6 +362,7 @@ class Session:
         told = dict(self.surroundings.report() if self.surroundings else {})
         told |= {**self.stops.report(), **self.departures.report(end_s)}
         told |= self.rerouting.report() if self.rerouting else {}
+        told |= self.lanes.report() if self.lanes else {}
         told |= self.containment.report() if self.containment else {}
         return told | dict(self.gated.report() if self.gated else {})
 

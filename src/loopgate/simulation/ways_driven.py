@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from loopgate.audit.layout import Layout, LoopLeg, LoopSpan, LoopWay, SizedStretches
+from loopgate.control.start import VehicleStart
 from loopgate.network.loop import AWAY_M
 from loopgate.simulation.ways_round import TurnOff
 
@@ -36,6 +37,16 @@ def unrolled(way: LoopWay, leg: int, *, closed: bool) -> LoopWay:
         tuple(_moved(span, metres) for metres in by_m for span in way.spans),
         tuple(_leg_moved(one, metres) for metres in by_m for one in way.legs),
     )
+
+
+def departed_on(layout: Layout, starts: Mapping[str, VehicleStart]) -> Layout:
+    """Return a layout in which some vehicles start on other paths of it, by name."""
+    bodies = layout.vehicles
+    vehicles = {
+        name: replace(bodies[name], loop=one.loop.id, start_m=one.track.start_m, leg=one.track.position)
+        for name, one in starts.items()
+    }
+    return replace(layout, vehicles={**bodies, **vehicles})
 
 
 def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: Mapping[str, int]) -> Layout:

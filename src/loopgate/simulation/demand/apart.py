@@ -97,7 +97,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
             load=load,
             shortest=_shortest(kind),
             wishes=LaneWishes(
-                _index(said.get("departLane")), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
+                wanted_lane(vehicle), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
             ),
         )
         if all(len(network.edges[edge].lanes) == 1 for edge in edges):
@@ -108,7 +108,7 @@ def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list
     found = {vehicle.id: vehicle for vehicle in vehicles}
     for name, way in led.items():
         key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
-        found[name] = _led(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
+        found[name] = led_over(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
     return list(found.values())
 
 
@@ -142,7 +142,12 @@ def going_on(
     return found
 
 
-def _led(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
+def wanted_lane(vehicle: VehicleDemand) -> int | None:
+    """Return the index of the lane on which its file wants a vehicle to depart; None for any."""
+    return _index(vehicle.attributes.get("departLane"))
+
+
+def led_over(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
     """Return a vehicle that drives its edges on other lanes."""
     begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
     depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
