@@ -215,7 +215,7 @@ class Approach:
         self.link: Final = link
 
     def is_open(self, now_s: float) -> bool:
-        """Return whether the light lets vehicles drive there now or in the next step; without a light, it does.
+        """Return whether vehicles may drive there now or in the next step: by its light, if there is one.
 
         A vehicle that gets a grant sets out in the next step, as does one that waits there for green.
         """

@@ -15,7 +15,7 @@ from loopgate.control.lamps import Lamp
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.places import Vehicle
 from loopgate.control.roads import Across, Approach, Lookout, Rear, RoadEdge, RoadLane, RoadStretch
-from loopgate.traffic.base import Light, Program
+from loopgate.traffic.base import Light, Phase, Program
 
 
 def test_nobody_is_in_the_way_of_one_alone() -> None:
@@ -106,6 +106,20 @@ def test_one_that_has_a_red_light_does_not_come(letter: str, *, refused: bool) -
     lookout.approaches[:] = [Approach(scene.turn, Lamp("t", lights), 0)]
     scene.let_come(scene.put("side", 0.0, 10.0), 40.0)
     assert scene.is_refused() is refused
+
+
+def test_one_whose_light_turns_green_in_the_next_step_comes() -> None:
+    """It sets out in the step in which the gated vehicle does."""
+    lights = FakeTraffic({})
+    phases = tuple(Phase(letter, 10.0, 1 - number) for number, letter in enumerate("rG"))
+    lights.programs["t"] = Program(phases, fixed=True)
+    lights.lights["t"] = Light("r", 5.0)
+    scene = Scene()
+    lookout = scene.path[0].passes[0].lookout
+    assert lookout is not None
+    lookout.approaches[:] = [Approach(scene.turn, Lamp("t", lights), 0)]
+    scene.let_come(scene.put("side", 95.0), 5.0)
+    assert [scene.is_refused(now_s) for now_s in (4.0, 5.0)] == [False, True]
 
 
 def test_one_that_stands_at_its_line_is_in_the_way_until_it_seems_to_wait_for_something_else() -> None:
