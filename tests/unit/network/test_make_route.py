@@ -11,7 +11,7 @@ from roads import roads
 from loopgate.errors import RouteError
 from loopgate.network import route_lanes
 from loopgate.network.lanes import Cost, Layer, find_costs
-from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, change_on, make_route
 
 WIDE = roads({"a": (100, 2), "b": (100, 2), "c": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>c_0", "b_1>c_1"])
 
@@ -58,6 +58,18 @@ def test_lanes_change_where_there_is_room() -> None:
     net = roads({"a": (9, 2), "b": (90, 2), "c": (100, 1)}, ["a_0>b_0", "b_1>c_0"])
     way = make_route(net, "w", ["a", "b", "c"], shortest=Shortest(12.0))
     assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 0), (0, 1), (0, 0)]
+
+
+def test_lanes_change_where_others_change_already() -> None:
+    """An edge on which somebody changes is cut for all, so nobody cuts a second one, though it is longer."""
+    net = roads({"a": (200, 2), "b": (150, 2), "c": (100, 1)}, ["a_0>b_0", "a_1>b_1", "b_1>c_0"])
+    users = {"a_0": 25, "a_1": 25, "b_1": 50, "c_0": 50}
+    ways = [
+        make_route(net, "w", ["a", "b", "c"], load=Load(users | changing), wishes=LaneWishes(0))
+        for changing in ({change_on("b"): 25}, {change_on("a"): 25})
+    ]
+    changes = [[(span.lane_in, span.lane) for span in way.spans] for way in ways]
+    assert changes == [[(0, 0), (0, 1), (0, 0)], [(0, 1), (1, 1), (0, 0)]]
 
 
 def test_lanes_change_where_others_can_wait_before_and_after() -> None:

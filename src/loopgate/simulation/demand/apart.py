@@ -16,7 +16,7 @@ from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import LoopRefusal, NobodyGatedError, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
-from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, make_route
+from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, change_on, make_route
 from loopgate.network.stops import Stop, lanes_of_stops, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
@@ -155,9 +155,11 @@ def led_over(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
 
 
 def _counted(way: Loop) -> Iterator[str]:
-    """Yield what a vehicle loads: its lanes, and its movements from them."""
+    """Yield what a vehicle loads: the lanes that it leaves, its movements from them, its changes of lanes."""
     for span in way.roads:
         yield span.lane_id
+        if span.lane_in != span.lane:
+            yield change_on(span.edge)
     for span, after in pairwise(way.roads):
         yield f"{span.lane_id}>{after.edge}"
 
