@@ -21,7 +21,7 @@ from typing import Final
 from loopgate.control.ordinary import comes, is_late
 from loopgate.control.part import Part
 from loopgate.control.places import MARGIN_M, STANDING_MPS, GrantedPass, Vehicle, braking_m, safe_speed
-from loopgate.control.roads import BEYOND_M, Lookout
+from loopgate.control.roads import BEYOND_M, CREEPS_MPS, Lookout
 from loopgate.traffic.base import Traffic
 
 _AT_LINE_M: Final = 5.0
@@ -231,7 +231,7 @@ def _is_closed(
     vehicle: Vehicle, trip: GrantedPass, lookout: Lookout, left_m: float, manners: _Manners, now_s: float
 ) -> bool:
     """Return whether an ordinary vehicle is on the movement `left_m` ahead, or comes to it."""
-    waits = lookout.wait_m > 0.0 or vehicle.speed < STANDING_MPS
+    waits = lookout.wait_m > 0.0 or vehicle.speed < CREEPS_MPS
     used = lookout.is_blocked() if waits else lookout.is_used_unseen()
     closed = used or comes(vehicle, lookout, left_m, now_s)
     manners.clear = trip if lookout.waits_in_way and not closed else None

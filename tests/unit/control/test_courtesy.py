@@ -197,3 +197,11 @@ def test_one_far_away_keeps_nobody_else_from_being_looked_at() -> None:
     assert way.ledger.answer(0.0)
     way.courtesy.look([other])
     assert way.told.kept == [("other", 0.0)]
+
+
+@pytest.mark.parametrize(("speed", "told"), [(0.3, [0.0]), (3.0, [])])
+def test_one_that_creeps_at_its_line_lets_the_rear_of_another_pass(speed: float, told: list[float]) -> None:
+    """SUMO lets it go beside a bus that still swings out; a faster one could not stop before the junction."""
+    way = Way()
+    way.put("foe", 8.0).speed = 8.0
+    assert way.tells([], front_m=99.9, speed=speed) == told
