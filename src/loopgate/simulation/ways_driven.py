@@ -76,10 +76,11 @@ def as_driven(layout: Layout, turns: Mapping[str, Sequence[TurnOff]], granted: M
             name = f"{name} > {turn.way}@{leg}"
         loops[name] = way
         vehicles[vehicle] = replace(vehicles[vehicle], loop=name)
-    driven = {body.loop for body in vehicles.values()}
-    return replace(
-        layout, loops={name: way for name, way in loops.items() if name in driven}, vehicles=vehicles
-    )
+    names = {body.loop for body in vehicles.values()}
+    driven = {name: way for name, way in loops.items() if name in names}
+    lanes = {lane for way in driven.values() for span in way.spans for lane in span.driven}
+    unregulated = tuple(lane for lane in layout.unregulated if lane in lanes)
+    return replace(layout, loops=driven, vehicles=vehicles, unregulated=unregulated)
 
 
 def _moved(span: LoopSpan, by_m: float) -> LoopSpan:

@@ -48,8 +48,11 @@ def test_it_leads_over_the_first_and_then_the_others_in_one_arc_length() -> None
 def test_who_was_not_led_another_way_keeps_its_own() -> None:
     """And ways that nobody drove are left out."""
     loops = {"first": way("a", "b"), "second": way("c", "d")}
-    layout = Layout(1.0, {}, loops, {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}, {}, {})
-    assert as_driven(layout, {}, {}).loops == {"first": loops["first"]}
+    bodies = {"v": VehicleBody("first", 5.0, 1.8, 10.0, 0)}
+    layout = Layout(1.0, {}, loops, bodies, {}, {}, unregulated=("a_0", "c_0"))
+    driven = as_driven(layout, {}, {})
+    assert driven.loops == {"first": loops["first"]}
+    assert driven.unregulated == ("a_0",)
 
 
 def test_on_the_road_where_it_turns_it_comes_on_one_lane_and_leaves_on_another() -> None:
