@@ -72,3 +72,10 @@ def test_who_wants_a_lane_departs_on_it(tmp_path: Path) -> None:
     ways = {start.loop.id: start.loop for start in assemble(scenario).departures}
     driven = pd.read_parquet(tmp_path / "out" / "vehicles.parquet")["loop"]
     assert {ways[name].roads[0].lane_in for name in driven} == {0}
+
+
+def test_a_lane_that_is_not_there_is_named(tmp_path: Path) -> None:
+    warnings = assemble(Scenario.from_dict(crossroads(tmp_path, departLane="7"))).warnings
+    assert (
+        sum("240 vehicles on another lane than asked for, first t0: departLane 7" in w for w in warnings) == 1
+    )

@@ -38,6 +38,7 @@ from loopgate.simulation.demand.apart import (
     nobody_gated,
     share_lanes,
     sort_out,
+    wanted_lane,
 )
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_closed_stops, name_long_stops
 from loopgate.simulation.demand.other_lanes import OtherLanes
@@ -317,7 +318,11 @@ def _read_vehicles(
         check_number(file, begin_s, end_s)
         mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
         mine = going_on(network, mine, end_s, scenario.seed)
-        told = (*file.left_out, *_outside(scenario, file, begin_s, end_s))
+        told = (
+            *file.left_out,
+            *_outside(scenario, file, begin_s, end_s),
+            *_no_such_lane(network, file, mine),
+        )
         return share_lanes(network, mine), told, file
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
@@ -332,6 +337,23 @@ def as_by_default(vehicles: Iterable[VehicleDemand], options: Mapping[str, str])
         types = tuple((with_defaults(kind, options), share) for kind, share in v.types)
         ways = tuple((one, share) for (way, share) in v.ways for one in as_by_default([way], options))
         yield replace(v, type=with_defaults(v.type, options), types=types, ways=ways)
+
+
+def _no_such_lane(
+    network: RoadNetwork, file: RoutesFile, vehicles: Sequence[VehicleDemand]
+) -> tuple[str, ...]:
+    """Warn about the trips that ask to depart on a lane which their first edge does not have."""
+    wrong = []
+    for v in vehicles:
+        lane, edge = wanted_lane(v), network.edges[v.loop.edges[v.edge]]
+        if not v.loop.closed and lane is not None and lane >= len(edge.lanes):
+            there = f"edge {edge.id} has lanes 0 to {len(edge.lanes) - 1}"
+            wrong.append(f"{v.id}: departLane {lane}, but {there}")
+    if not wrong:
+        return ()
+    return (
+        f"{file.file}: {counted(len(wrong), 'vehicle')} on another lane than asked for, first {wrong[0]}",
+    )
 
 
 def _outside(scenario: Scenario, file: RoutesFile, begin_s: float, end_s: float) -> tuple[str, ...]:

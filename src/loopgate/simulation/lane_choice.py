@@ -178,8 +178,8 @@ class LaneChoice:
 
     def report(self) -> dict[str, Any]:
         """Return the figures of the choice for ``summary.json``."""
-        turns = [len(some) for some in self.turns.values() if some]
-        return {"lane_choice": {"at_departure": len(self.started), "on_the_way": sum(turns)}}
+        on_the_way = sum(map(len, self.turns.values()))
+        return {"lane_choice": {"at_departure": len(self.started), "on_the_way": on_the_way}}
 
 
 def _tails(names: Sequence[str], known: dict[tuple[str, int], int]) -> list[int]:
