@@ -347,7 +347,8 @@ def _no_such_lane(
     for v in vehicles:
         lane, edge = wanted_lane(v), network.edges[v.loop.edges[v.edge]]
         if not v.loop.closed and lane is not None and lane >= len(edge.lanes):
-            there = f"edge {edge.id} has lanes 0 to {len(edge.lanes) - 1}"
+            last = len(edge.lanes) - 1
+            there = f"edge {edge.id} has " + (f"lanes 0 to {last}" if last else "lane 0 only")
             wrong.append(f"{v.id}: departLane {lane}, but {there}")
     if not wrong:
         return ()
