@@ -37,7 +37,7 @@ class Shortest(NamedTuple):
 _OF_CARS: Final = Shortest()
 
 _CHANGE = 0.4
-"""Costs that choose lanes. For each lane change;"""
+"""Costs that choose lanes. For a lane change, with the square of the lanes by which it goes: it shuts all;"""
 
 _HURRY = 20.0
 """for each lane change per metre of the edge;"""
@@ -56,9 +56,10 @@ _ELSEWHERE = 2.0
 """for a lane from which as many vehicles go elsewhere as use the fullest lane: all wait behind the first;"""
 
 _CROWD = 1.0
-"""for a lane as full as the fullest, with the fourth power of the load where the edge is entered and left.
-With a quarter of it, lanes of right turns stay empty where lights are obeyed; with three times as much,
-vehicles change lanes so often that they lose more by it than in full lanes;"""
+"""for a lane as full as the fullest, with the fourth power of the load on the lane entered or the lane left,
+whichever is fuller: to come from an empty lane into a full one spares no time. With a quarter of it, lanes
+of right turns stay empty where lights are obeyed; with three times as much, vehicles change lanes so often
+that they lose more by it than in full lanes;"""
 
 _CUT = 0.03
 """for a change of lanes, times the vehicles on the edge for each that changes there: a change cuts the
@@ -268,9 +269,10 @@ def _once(
     lane = lanes[onward.from_lane].id
     entered, left = load.get(lanes[step.enter].id, 0), load.get(lane, 0)
     elsewhere = left - load.get(f"{lane}>{onward.to_edge}", 0) if onward.to_edge else 0
-    worth = (_CHANGE + _JOINED * joined) * changes + _HURRY * cost[1] + _ELSEWHERE * elsewhere / most
+    worth = changes * (_CHANGE * changes + _JOINED * joined) + _HURRY * cost[1]
+    worth += _ELSEWHERE * elsewhere / most
     if changes:
         users = sum(load.get(one.id, 0) for one in lanes)
         worth += _CUT * users / (1 + load.get(change_on(onward.from_edge), 0))
     worst = two_way + TWO_WAY_LANES * changes * short
-    return TWO_WAY_LANES * worst, worth + _CROWD * ((entered + left) / (2 * most)) ** 4
+    return TWO_WAY_LANES * worst, worth + _CROWD * (max(entered, left) / most) ** 4

@@ -39,6 +39,22 @@ def test_two_changes_of_lanes_are_worse_than_a_crowd() -> None:
     assert [span.lane for span in way.spans] == [1, 1, 0]
 
 
+def test_nobody_comes_into_the_only_lane_that_leads_on_from_the_empty_one_beside() -> None:
+    """Where a lane ends, all drive on the one that goes on, however many they are."""
+    net = roads({"a": (600, 2), "b": (600, 1)}, ["a_1>b_0"])
+    load = Load({"a_1": 50, "b_0": 50, "a_1>b": 50})
+    way = make_route(net, "w", ["a", "b"], load=load)
+    assert [(span.lane_in, span.lane) for span in way.spans] == [(1, 1), (0, 0)]
+
+
+def test_a_change_by_two_lanes_is_worse_than_a_full_lane() -> None:
+    """From a ramp vehicles come into the next lane, though the one beyond it is emptier."""
+    net = roads({"a": (200, 3), "b": (200, 2)}, ["a_1>b_0", "a_2>b_1"])
+    load = Load({"a_1": 50, "b_0": 50, "a_1>b": 50, "a_2": 40, "b_1": 40, "a_2>b": 40})
+    way = make_route(net, "w", ["a", "b"], load=load, wishes=LaneWishes(0))
+    assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 1), (0, 0)]
+
+
 FORK = roads(
     {"a": (100, 2), "on": (100, 2), "left": (100, 1), "b": (100, 1)},
     ["a_0>on_0", "a_1>on_1", "a_1>left_0", "on_1>b_0"],
