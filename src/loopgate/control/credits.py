@@ -114,17 +114,23 @@ def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict
     return found
 
 
-def collect(leg: Leg, needed_m: float, held: dict[Place, float], changed: Callable[[Place], None]) -> None:
+def collect(
+    leg: Leg, needed_m: float, held: dict[Place, float], changed: Callable[[Place], None]
+) -> list[Place]:
     """Keep the extra metres of a vehicle that waits to come in the places ahead where that can be done now.
 
-    Add these places to `held`. So a vehicle that waits for many places need not find all of them free at
-    once. One vehicle at a time may do so: two could wait for each other.
+    Add these places to `held`, and return those in which there are too many vehicles for that. So a vehicle
+    that waits for many places need not find all of them free at once. One vehicle at a time may do so: two
+    could wait for each other.
     """
+    crammed: list[Place] = []
     for place in visits(leg):
         extra_m = place.extra_m(needed_m)
         if extra_m <= 0.0 or place in held:
             continue
         before, place.slots = place.slots, place.slots_with(place.credit_m + extra_m)
+        if len(place.bodies) > place.slots:
+            crammed.append(place)
         fits = len(place.bodies) <= place.slots
         fits = fits and place.credit_m + extra_m <= place.most_kept_m + _ROUNDING_M
         if fits and len(place.line) >= place.slots:
@@ -133,6 +139,7 @@ def collect(leg: Leg, needed_m: float, held: dict[Place, float], changed: Callab
         if fits:
             held[place] = extra_m
             _add(place, extra_m, changed)
+    return crammed
 
 
 def release(reserved: dict[Place, float], changed: Callable[[Place], None]) -> None:

@@ -201,8 +201,10 @@ class DepartureRules:
         """Let a vehicle depart in the next step if there is space for it; return whether it does."""
         driving, track = self._driving, one.track
         leg: Leg = driving.paths.of(track)[track.position]
+        if one is self._collector:
+            self._collect(one, leg, now_s)
         if not driving.arrivals.is_clear(track, float(one.type.min_gap_m)):
-            if (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S:
+            if _closes(one, now_s):
                 driving.ledger.shut(leg.place)
             return False
         again_s = min(_PATIENCE_S, _AGAIN_S * 2.0 ** (self._missed.get(track.vehicle, 1) - 1))
@@ -211,7 +213,8 @@ class DepartureRules:
         self._tried_s[track.vehicle] = now_s
         held = self._collected if one is self._collector else {}
         if not driving.ledger.fits(leg, one.type.needed_m, held):
-            self._collect(one, leg, now_s)
+            if one is not self._collector:
+                self._collect(one, leg, now_s)
             return False
         if not self._admits(track):
             return False
@@ -226,8 +229,9 @@ class DepartureRules:
     def _collect(self, one: VehicleStart, leg: Leg, now_s: float) -> None:
         """Keep room ahead for a long vehicle that has waited `_LONG_S`, unless another collects room.
 
-        Places ahead stay open to other vehicles meanwhile: closed at times, they would cost all others more
-        than it gains.
+        Places ahead with too many vehicles take in nobody meanwhile, else another vehicle comes in as soon as
+        one leaves, and the long vehicle waits for ever. While they are not full, vehicles ahead may wait for
+        those that want to come in, so they are closed every other `_PATIENCE_S` only.
         """
         needed_m = one.type.needed_m
         is_long = any(place.extra_m(needed_m) > 0.0 for place in visits(leg))
@@ -235,13 +239,21 @@ class DepartureRules:
             self._collector = one
         if one is not self._collector:
             return
-        self._driving.ledger.collect(leg, needed_m, self._collected)
+        closes = _closes(one, now_s)
+        for place in self._driving.ledger.collect(leg, needed_m, self._collected):
+            if closes or place.is_full():
+                self._driving.ledger.shut(place)
 
     def _give_up(self, one: VehicleStart) -> None:
         """Keep no longer what was collected for a vehicle."""
         if one is self._collector:
             self._driving.ledger.release(self._collected)
             self._collector, self._collected = None, {}
+
+
+def _closes(one: VehicleStart, now_s: float) -> bool:
+    """Return whether a vehicle that waits may keep others out of places now: every other `_PATIENCE_S`."""
+    return (now_s - one.demand.depart_s) % (2.0 * _PATIENCE_S) >= _PATIENCE_S
 
 
 def is_crowded(limits: dict[Place, float], crowding: Crowding = WITHOUT_LIGHTS) -> bool:

@@ -141,9 +141,9 @@ class Holdings:
         """Keep the extra metres of a vehicle that is about to join on a leg, until `release`."""
         return reserve(leg, needed_m, self._slots_changed)
 
-    def collect(self, leg: Leg, needed_m: float, held: dict[Place, float]) -> None:
-        """Keep the extra metres of a vehicle that waits to join, where it can."""
-        collect(leg, needed_m, held, self._slots_changed)
+    def collect(self, leg: Leg, needed_m: float, held: dict[Place, float]) -> list[Place]:
+        """Keep the extra metres of a vehicle that waits to join, where it can; return too full places."""
+        return collect(leg, needed_m, held, self._slots_changed)
 
     def release(self, reserved: dict[Place, float]) -> None:
         """Keep no longer what `reserve` has returned, or `collect` has kept."""

@@ -132,13 +132,13 @@ def test_room_is_collected_place_by_place() -> None:
     path = path_of([c, b, a, away], closed=False)
     ledger, held = Ledger(usual()), dict[Place, float]()
     there = put(ledger, path, 7, position=2)
-    ledger.collect(path[0], BUS_M, held)
+    assert ledger.collect(path[0], BUS_M, held) == [a]  # it has one too many
     assert held == {c: 13.0, b: 13.0}
     assert (a.slots, b.slots, c.slots) == (8, 6, 6)
     put(ledger, path, 6, position=1)
     ledger.leave(there[0])
     assert not ledger.fits(path[0], BUS_M, {})
-    ledger.collect(path[0], BUS_M, held)
+    assert not ledger.collect(path[0], BUS_M, held)
     assert (a.slots, held) == (6, {c: 13.0, b: 13.0, a: 13.0})
     assert ledger.fits(path[0], BUS_M, held)
     ledger.release(held)

@@ -88,14 +88,23 @@ def test_after_twenty_others_the_one_that_has_waited_longest_departs_onto_a_crow
 
 
 def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
-    """Nobody else collects any meanwhile."""
+    """Nobody else collects any meanwhile, and nobody comes into a full place where it lacks room.
+
+    Into one that is not full, but too full for it, nobody comes every other twenty seconds.
+    """
     now, asked = SimpleNamespace(now_s=0.0), list[tuple[float, float]]()
-    place = Place("a", 4, room_m=30.0, slot_m=7.5)
+    place, full, fuller = (Place(name, 4, room_m=30.0, slot_m=7.5) for name in "abc")
+    full.bodies = [cast("Any", None)] * 4
+    shut = list[tuple[str, float]]()
 
-    def collect(_leg: object, needed_m: float, _held: object) -> None:
+    def collect(_leg: object, needed_m: float, _held: object) -> list[Place]:
         asked.append((now.now_s, needed_m))
+        return [full, fuller]
 
-    ledger = SimpleNamespace(vehicles={}, fits=lambda *_: False, collect=collect)
+    def close(place: Place) -> None:
+        shut.append((place.name, now.now_s))
+
+    ledger = SimpleNamespace(vehicles={}, fits=lambda *_: False, collect=collect, shut=close)
     paths = SimpleNamespace(of=lambda _: path_of([place], closed=False))
     arrivals = SimpleNamespace(missed=[], coming=[], is_clear=lambda *_: True)
     driving = SimpleNamespace(arrivals=arrivals, ledger=ledger, paths=paths, once=0)
@@ -107,6 +116,10 @@ def test_room_is_collected_for_a_long_vehicle_after_two_minutes() -> None:
         rules.look()
     assert asked[0] == (120.0, 14.5)
     assert {needed_m for _, needed_m in asked} == {14.5}
+    closed_s = {name: [at_s for one, at_s in shut if one == name] for name in "abc"}
+    assert closed_s["a"] == []
+    assert closed_s["b"] == [float(at_s) for at_s in range(120, 200)]
+    assert closed_s["c"] == [float(at_s) for at_s in range(120, 200) if at_s % 40 >= 20]
 
 
 @pytest.mark.parametrize(
