@@ -181,12 +181,13 @@ _SPARE_M = 2.5
 """The shortest stretch is this much longer than a vehicle with its gap [m]: a vehicle at its end then keeps
 its gap to the vehicles that wait before the stretch, and can change lanes beside them."""
 
-_ROOMY_M = 15.0
+_ROOMY_M, _ROOMY_FAST_M = 5.0, 15.0
 """A stretch is longer by up to this where the edge has space [m], so that a vehicle can change lanes without
-braking hard for the end of the stretch."""
+braking hard for the end of the stretch: on roads up to `_ROOMY_MPS`, and on faster ones, where that distance
+grows with the square of the speed. With 15 m on slow roads too, there are fewer slots before and after it."""
 
 _ROOMY_MPS = 14.0
-"""The speed up to which that is enough [m/s]; the distance to brake from another grows with its square."""
+"""The speed limit of slow roads [m/s]."""
 
 _MOST_ROOMY = 1 / 3
 """A stretch grows with speed up to this share of what is free of its edge: the places before and after need
@@ -337,7 +338,10 @@ def _lay_stretch(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
     fast = (max(lane.speed_mps for lane in edge.lanes) / _ROOMY_MPS) ** 2
-    roomy_m = max(least_m + _ROOMY_M, min(least_m + _ROOMY_M * fast, free_m * _MOST_ROOMY))
+    roomy_m = least_m + _ROOMY_M
+    if fast > 1.0:
+        least_fast_m = least_m + _ROOMY_FAST_M
+        roomy_m = max(least_fast_m, min(least_m + _ROOMY_FAST_M * fast, free_m * _MOST_ROOMY))
     if free_m >= least_apart_m(needed_m):
         stretch_m = min(roomy_m, free_m - 2 * place_m)
         behind_m = (free_m - stretch_m) / 2

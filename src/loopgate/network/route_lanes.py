@@ -61,6 +61,10 @@ whichever is fuller: to come from an empty lane into a full one spares no time. 
 of right turns stay empty where lights are obeyed; with three times as much, vehicles change lanes so often
 that they lose more by it than in full lanes;"""
 
+_BUSY = 0.3
+"""for a lane as full as the fullest, in proportion to the same load: in networks where one lane is far
+fuller than all others, these share their traffic too;"""
+
 _CUT = 0.03
 """for a change of lanes, times the vehicles on the edge for each that changes there: a change cuts the
 edge for all, and those that change share what all lose. Without this, few vehicles cut many edges: RESCO's
@@ -275,4 +279,5 @@ def _once(
         users = sum(load.get(one.id, 0) for one in lanes)
         worth += _CUT * users / (1 + load.get(change_on(onward.from_edge), 0))
     worst = two_way + TWO_WAY_LANES * changes * short
-    return TWO_WAY_LANES * worst, worth + _CROWD * (max(entered, left) / most) ** 4
+    full = max(entered, left) / most
+    return TWO_WAY_LANES * worst, worth + _BUSY * full + _CROWD * full**4

@@ -131,7 +131,7 @@ CHANGE = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"]))
 
 
 def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -> None:
-    """100 m: a stretch of 10 + 15 m in the middle, and floor((37.5 - 1.1) / 7.5) = 4 vehicles on each side.
+    """100 m: a stretch of 10 + 5 m in the middle, and floor((42.5 - 1.1) / 7.5) = 5 vehicles on each side.
 
     Entered on lane 1, left on lane 0: it is held on lane 1 and the stop at the stretch's end lies there, too.
     """
@@ -142,12 +142,12 @@ def test_where_a_loop_changes_lanes_its_edge_becomes_place_stretch_and_place() -
         ("a_0/2", 0),
         ("b_0", 0),
     ]
-    assert (before.begin_m, before.end_m, behind.begin_m, behind.end_m) == (0.0, 37.4, 62.5, 99.9)
+    assert (before.begin_m, before.end_m, behind.begin_m, behind.end_m) == (0.0, 42.4, 57.5, 99.9)
     assert [crossing.id for crossing in before.crossings] == ["a:1>0"]
-    assert before.guides == (Guide("a", 1, 62.4, 0.1, to_lane=0, stop_m=25.0),)
+    assert before.guides == (Guide("a", 1, 57.4, 0.1, to_lane=0, stop_m=15.0),)
     assert not behind.guides
     assert not other.guides
-    assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [4, 4]
+    assert [abstraction.system.capacity[leg.state] for leg in (before, behind)] == [5, 5]
 
 
 def test_on_a_fast_road_vehicles_change_lanes_late() -> None:

@@ -50,7 +50,7 @@ def test_nobody_comes_into_the_only_lane_that_leads_on_from_the_empty_one_beside
 def test_a_change_by_two_lanes_is_worse_than_a_full_lane() -> None:
     """From a ramp vehicles come into the next lane, though the one beyond it is emptier."""
     net = roads({"a": (200, 3), "b": (200, 2)}, ["a_1>b_0", "a_2>b_1"])
-    load = Load({"a_1": 50, "b_0": 50, "a_1>b": 50, "a_2": 40, "b_1": 40, "a_2>b": 40})
+    load = Load({"a_1": 50, "b_0": 50, "a_1>b": 50, "a_2": 45, "b_1": 45, "a_2>b": 45})
     way = make_route(net, "w", ["a", "b"], load=load, wishes=LaneWishes(0))
     assert [(span.lane_in, span.lane) for span in way.spans] == [(0, 1), (0, 0)]
 
