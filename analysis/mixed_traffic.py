@@ -33,7 +33,7 @@ from frame_table import frame_table
 from real_networks import trips
 from rich.console import Console
 from sweep_runs import sweep_runs
-from throughput_study import markdown, write_section
+from throughput_study import in_place_of, markdown, write_section
 
 from loopgate import Scenario
 from loopgate.cli.terminal import show_progress
@@ -400,20 +400,22 @@ def main() -> None:
     if given.names:
         found = found[found[NAME].isin(given.names)]
     found = drawn(found, given.draw, given.seed) if given.draw else found
+    if given.write and given.files != "test_files":
+        parser.error("--write keeps the runs of test_files")
     if given.shares:
         runs = drive_shares(found, given)
         print(shares_section(runs))
         if given.write:
             if KEPT_SHARES.exists():
-                runs = pd.concat([_kept(KEPT_SHARES), runs]).drop_duplicates(
-                    [*SCENARIO, SHARE, RULE], keep="last"
-                )
+                runs = in_place_of(_kept(KEPT_SHARES), runs, [*SCENARIO, SHARE, RULE])
             runs.to_csv(KEPT_SHARES, index=False)
             write_section(shares_section(runs), SHARES_SECTION)
         return
     runs = simulate(found, given)
     print_runs(runs)
     if given.write:
+        if KEPT.exists():
+            runs = in_place_of(_kept(KEPT), runs, [*SCENARIO, RULE])
         runs.to_csv(KEPT, index=False)
         write(runs)
 

@@ -7,9 +7,9 @@ switches, and under the gate with lights off and obeyed. A scenario whose reposi
 out and named. Runs that are done are kept in ``out/real-networks``, see ``--out``.
 
 Delays are of all vehicles of a scenario, those that the gate leaves to SUMO's rules too; those under way, or
-not departed yet, count with what they have lost so far. ``--write`` keeps a row for each run
-in ``analysis/tables/real-networks.csv`` and renews the table in ``docs/studies/throughput.md``; without a
-folder the page is renewed from that file.
+not departed yet, count with what they have lost so far. ``--write`` keeps a row for each run in
+``analysis/tables/real-networks.csv``, beside those of other runs there, and renews the table in
+``docs/studies/throughput.md``; without a folder the page is renewed from that file.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from any_traffic import RULES, SWITCHING, other_lights
 from frame_table import frame_table
 from rich.console import Console
 from signals import CONTROLLERS, controlled
-from throughput_study import markdown, write_section
+from throughput_study import in_place_of, markdown, write_section
 
 from loopgate import Scenario
 from loopgate.cli.terminal import show_progress
@@ -313,8 +313,9 @@ def main() -> None:
         if row[STATUS] != "ok":
             console.print(f"{row[PLACE]}, {row[RULE]}: {row[STATUS]}")
     if given.write:
-        table.to_csv(KEPT, index=False)
-        write_section(section(table), SECTION)
+        every = in_place_of(pd.read_csv(KEPT), table, [PLACE, RULE, SEED]) if KEPT.exists() else table
+        every.to_csv(KEPT, index=False)
+        write_section(section(every), SECTION)
 
 
 if __name__ == "__main__":

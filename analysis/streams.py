@@ -27,7 +27,7 @@ from any_traffic import config
 from frame_table import frame_table
 from made_networks import lane_drop, off_ramp, on_ramp, roundabouts_in_a_row, weaving
 from rich.console import Console
-from throughput_study import markdown, with_half, write_section
+from throughput_study import in_place_of, markdown, with_half, write_section
 
 from loopgate import Scenario
 from loopgate.cli.terminal import show_progress
@@ -273,8 +273,8 @@ def main() -> None:
     for table in (behind(runs), by_kind(runs)):
         console.print(frame_table(table, {name: str(name) for name in table.columns}, title="SUMO, gate"))
     if given.write:
-        every = pd.concat([pd.read_csv(KEPT), runs]) if KEPT.exists() else runs
-        every = every.drop_duplicates(["group", "kind", "times", "rule", "seed"], keep="last")
+        key = ["group", "kind", "times", "rule", "seed"]
+        every = in_place_of(pd.read_csv(KEPT), runs, key) if KEPT.exists() else runs
         every.to_csv(KEPT, index=False)
         write_section(section(every), SECTION)
 

@@ -368,6 +368,14 @@ def write_section(text: str, name: str, page: Path = PAGE) -> None:
     page.write_text(after, encoding="utf-8")
 
 
+def in_place_of(old: pd.DataFrame, runs: pd.DataFrame, key: Sequence[str]) -> pd.DataFrame:
+    """Return old runs and new ones, each new one in place of the old one with the same `key`."""
+    every = pd.concat([old, runs], ignore_index=True)
+    place = every.groupby(list(key), sort=False, dropna=False).ngroup()
+    newest = every.drop_duplicates(list(key), keep="last")
+    return newest.loc[place[newest.index].sort_values(kind="stable").index]
+
+
 def conduct(study: Study, given: argparse.Namespace) -> pd.DataFrame:
     """Run what is missing of a study, print its tables, and renew the page if asked to; return the runs."""
     runs = simulate(study, given)
