@@ -22,7 +22,10 @@ TRIPS = 240
 
 
 def crossroads(folder: Path, **trip: str) -> dict[str, Any]:
-    """Write a grid of roads with two lanes and lights, and trips in bursts between few ends."""
+    """Write a grid of roads with two lanes and lights, and trips in bursts between few ends.
+
+    `trip`: further attributes, each with one value or several for the trips in turn.
+    """
     net = netgenerate(
         "--grid --grid.number=3 --grid.length=150 --grid.attach-length=150 -L 2 --no-turnarounds "
         "--default-junction-type traffic_light",
@@ -31,10 +34,13 @@ def crossroads(folder: Path, **trip: str) -> dict[str, Any]:
     rng, network = Random(3), RoadNetwork.open(net)
     into = sorted(e.id for e in network.edges.values() if e.id.startswith(("left", "top")))
     out = sorted(e.id for e in network.edges.values() if e.id[2:].startswith(("right", "bottom")))
-    more = "".join(f' {name}="{value}"' for name, value in trip.items())
+    said = {name: values.split() for name, values in trip.items()}
+    more = [
+        "".join(f' {name}="{values[k % len(values)]}"' for name, values in said.items()) for k in range(TRIPS)
+    ]
     rows = [
         f'<trip id="t{k}" depart="{60 * (k // 40) + rng.randrange(20)}" '
-        f'from="{into[k % 3]}" to="{rng.choice(out)}"{more}/>'
+        f'from="{into[k % 3]}" to="{rng.choice(out)}"{more[k]}/>'
         for k in range(TRIPS)
     ]
     file = folder / "n.rou.xml"
@@ -67,11 +73,12 @@ def test_they_depart_and_go_on_where_fewer_stand(tmp_path: Path) -> None:
 
 def test_who_wants_a_lane_departs_on_it(tmp_path: Path) -> None:
     """It may choose lanes farther on."""
-    scenario = Scenario.from_dict(crossroads(tmp_path, departLane="0"))
-    assert simulate(scenario, tmp_path / "out")["lane_choice"]["at_departure"] > 0
+    scenario = Scenario.from_dict(crossroads(tmp_path, departLane="0 1"))
+    assert simulate(scenario, tmp_path / "out")["lane_choice"]["on_the_way"] > 0
     ways = {start.loop.id: start.loop for start in assemble(scenario).departures}
-    driven = pd.read_parquet(tmp_path / "out" / "vehicles.parquet")["loop"]
-    assert {ways[name].roads[0].lane_in for name in driven} == {0}
+    driven = pd.read_parquet(tmp_path / "out" / "vehicles.parquet").set_index("vehicle")["loop"]
+    first = {name: ways[way].roads[0].lane_in for name, way in driven.items()}
+    assert first == {f"t{k}": k % 2 for k in range(TRIPS)}
 
 
 def test_a_lane_that_is_not_there_is_named(tmp_path: Path) -> None:
