@@ -39,7 +39,7 @@ def files(folder: Path, *, gated: bool, said: str = "") -> dict[str, Any]:
 def test_nobody_makes_way(tmp_path: Path, *, gated: bool) -> None:
     """Otherwise SUMO takes gated vehicles near an ambulance to lanes where they have no grant.
 
-    An ordinary ambulance may come from the lane beside into the lane of another vehicle inside a junction.
+    An ordinary ambulance may change lanes into another vehicle at the end of its road.
     """
     scenario = Scenario(**files(tmp_path, gated=gated), duration_s=180.0, positions=True)
     summary = simulate(scenario, tmp_path / "run")
@@ -47,12 +47,7 @@ def test_nobody_makes_way(tmp_path: Path, *, gated: bool) -> None:
     verdicts = summary["others"]["verdicts"] if not gated else []
     told = [] if summary["audit"] == "clean" else [float(one.split(" s:")[0]) for one in summary["audit"]]
     assert told == [one["at_s"] for one in verdicts]
-    rows = pd.read_csv(tmp_path / "run" / "positions.csv.gz", sep=";").dropna(subset="vehicle_id")
-    roads = rows[~rows["vehicle_lane"].str.startswith(":")]
-    for one in verdicts:
-        both = roads[roads["vehicle_id"].isin(one["before"]) & (roads["timestep_time"] < one["at_s"])]
-        left = both.groupby("vehicle_id")["vehicle_lane"].last()
-        assert left.nunique() == 2, "nobody came from the lane beside"
+    assert {one["erred"] for one in verdicts} <= {"ordinary"}
     events = pd.read_parquet(tmp_path / "run" / "events.parquet")
     assert "stray" not in set(events["event"])
     assert sum("bluelight" in one or "blue lights" in one for one in summary["warnings"]) == 1

@@ -86,7 +86,8 @@ class Verdicts:
     The first rule that applies decides which vehicle erred:
 
     1. a gated vehicle without a grant for its place, or that hits a person;
-    2. on one lane, or on two ways out of one lane: the vehicle behind;
+    2. on one lane, or on two ways out of one lane: the vehicle that came there from beside the other's body,
+       else the vehicle behind;
     3. the vehicle that entered the junction at red;
     4. the vehicle A that must yield by the junction's request matrix. But the other vehicle B erred if A was
        already past its waiting point inside while B could still stop before the junction; or if A could no
@@ -183,8 +184,27 @@ class Verdicts:
             return gated, f"{ordinary} is on foot"
         one, other = self._entry(gated, collision.lane), self._entry(ordinary, collision.lane)
         if one is None or other is None or _from(one) == _from(other) or not self._near(one, other):
+            lane = collision.lane if one is None else one.movement.from_id
+            if aside := self._cut_in((gated, ordinary), lane):
+                return aside, f"{aside} changed lanes beside the other"
             return collision.collider, f"{collision.collider} ran into {collision.victim} from behind"
         return self._erred_at_junction((gated, ordinary), (one, other))
+
+    def _cut_in(self, names: tuple[str, str], lane: str) -> str:
+        """Return which vehicle was last beside the other's body, on another lane than `lane`; or ""."""
+        for now, here in reversed(self._moments):
+            one, other = (_moment(here, vehicle) for vehicle in names)
+            if now < self._traffic.now_s - _TOLD_S or one is None or other is None:
+                break
+            inside = one.lane in self._inside
+            if inside or one.lane == other.lane or _edge(one.lane) != _edge(other.lane):
+                continue
+            first = 0 if one.position_m >= other.position_m else 1
+            rear_m = max(one.position_m, other.position_m) - self._traffic.size(names[first])[0]
+            if rear_m >= min(one.position_m, other.position_m):
+                return ""
+            return {one.lane: names[1], other.lane: names[0]}.get(lane, "")
+        return ""
 
     def _erred_at_junction(self, names: tuple[str, str], came: tuple[_Entry, _Entry]) -> tuple[str, str]:
         for vehicle, entry in zip(names, came, strict=True):

@@ -72,6 +72,20 @@ def test_who_has_to_yield_errs(gated: str, collider: str) -> None:
         assert junction.erred(collider, victim)[0] == ("gated" if gated == "south" else "ordinary")
 
 
+@pytest.mark.parametrize(
+    ("gated", "gap_m", "erred"),
+    [("west_0", 2.0, "ordinary"), ("west_1", 2.0, "gated"), ("west_0", 6.0, "gated")],
+)
+def test_who_comes_from_beside_the_body_of_the_other_errs(gated: str, gap_m: float, erred: str) -> None:
+    """On the lane from which the junction is entered; not one that was ahead of it, with its rear too."""
+    junction = Junction()
+    junction.traffic.size.return_value = 5.0, 2.5
+    ordinary = "west_1" if gated == "west_0" else "west_0"
+    junction.step(g=(gated, 90.0, 10.0), o=(ordinary, 90.0 + gap_m, 10.0))
+    junction.step(g=(":j_0_0", 1.0, 10.0), o=(":j_0_0", 3.0, 5.0))
+    assert junction.erred("g", "o")[0] == erred
+
+
 @pytest.mark.parametrize(("left_m", "erred"), [(40.0, "ordinary"), (12.0, "gated")])
 def test_who_could_have_stopped_errs(left_m: float, erred: str) -> None:
     """The gated vehicle has to yield, and is on its way across when the other one is 40 m away, or 12."""
