@@ -129,9 +129,9 @@ def collect(
         if extra_m <= 0.0 or place in held:
             continue
         before, place.slots = place.slots, place.slots_with(place.credit_m + extra_m)
-        if len(place.bodies) > place.slots:
-            crammed.append(place)
         fits = len(place.bodies) <= place.slots
+        if not fits:
+            crammed.append(place)
         fits = fits and place.credit_m + extra_m <= place.most_kept_m + _ROUNDING_M
         if fits and len(place.line) >= place.slots:
             fits = place.slots == before or not circle_from(place)
