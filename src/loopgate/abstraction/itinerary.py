@@ -69,6 +69,8 @@ class Crossing:
     """`from_lane` and `to_lane`: the lanes before and after the crossing."""
     sized: Mapping[str, SizedOverlaps] = field(default_factory=dict, hash=False)
     """For a foe whose `overlaps` depend on the lengths of the two vehicles, the overlaps by these."""
+    stretch: str = ""
+    """The edge, if vehicles change lanes on it."""
 
     def soonest(self, to_m: float) -> tuple[float, float]:
         """Return the least time from the ``end_m`` of the leg before [s], and the lowest limit [m/s]."""
@@ -145,12 +147,15 @@ class PlaceRoom(NamedTuple):
 
     `length_m`: its length for vehicles with their gaps [m]. `slot_m`: the length of a slot [m]; longer
     vehicles take a slot, and keep the metres that they need beyond it. `most_kept_m`: how many may be kept at
-    once [m]; infinite where two of the longest vehicles fit.
+    once [m]; infinite where two of the longest vehicles fit. `overhang_m`: the length before it on which its
+    vehicles may stand while nobody wants to change lanes there [m]; `stretch`: the edge of that stretch.
     """
 
     length_m: float
     slot_m: float
     most_kept_m: float = math.inf
+    overhang_m: float = 0.0
+    stretch: str = ""
 
 
 @dataclass(frozen=True, slots=True)

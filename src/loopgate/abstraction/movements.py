@@ -105,6 +105,8 @@ class QueuePlace:
     stays_m: float = math.inf
     """What the longest of those visitors needs that come round again [m], where vehicles keep their extra
     metres; infinite elsewhere."""
+    stretch: Stretch | None = None
+    """The stretch before it, if vehicles may stand there while nobody changes lanes."""
 
     @property
     def needed_m(self) -> float:
@@ -113,8 +115,11 @@ class QueuePlace:
 
     @property
     def room(self) -> PlaceRoom | None:
-        """The place as a room, with slots as long as most of its visitors need; None if all need the same."""
-        if self.away or len(self.needs) == 1:
+        """The place as a room, with slots as long as most of its visitors need.
+
+        None if all need the same, and there is no stretch before it.
+        """
+        if self.away or (len(self.needs) == 1 and self.stretch is None):
             return None
         half = sum(count for _, count in self.needs) / 2
         shorter = accumulate((count for _, count in reversed(self.needs)))
@@ -122,7 +127,11 @@ class QueuePlace:
         slot_m = next(need_m for need_m, count in zip(needs_m, shorter, strict=True) if count >= half)
         length_m = self.length_m - HOLD_MARGIN_M - CLEARANCE_M
         two_fit = self._fitting >= LEAST_CAPACITY
-        return PlaceRoom(length_m, slot_m, math.inf if two_fit else length_m - LEAST_CAPACITY * slot_m)
+        most_kept_m = math.inf if two_fit else length_m - LEAST_CAPACITY * slot_m
+        if self.stretch is None:
+            return PlaceRoom(length_m, slot_m, most_kept_m)
+        overhang_m = self.stretch.end_m - self.stretch.begin_m
+        return PlaceRoom(length_m, slot_m, most_kept_m, overhang_m, self.stretch.edge)
 
     @property
     def capacity(self) -> int:

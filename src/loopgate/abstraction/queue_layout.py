@@ -420,10 +420,16 @@ class _Plan:
             passage=stretch.passage(span.lane_in, span.lane),
         )
         if stretch.end_m < length_m:
-            yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2")
+            yield self._waiting(span, span.lane, stretch.end_m, stretch.last_m, f"{span.lane_id}/2", stretch)
 
-    def _waiting(self, span: LaneSpan, lane: int, begin: float, end: float, name: str) -> Piece:
-        place = QueuePlace(name, end - begin, self._needs(span), stays_m=self._stays[self._on(span)])
+    def _waiting(
+        self, span: LaneSpan, lane: int, begin: float, end: float, name: str, behind: Stretch | None = None
+    ) -> Piece:
+        """Return a piece with a place, if two vehicles fit. `behind`: the stretch before it, if any."""
+        before = behind if behind is not None and behind.begin_m > 0 else None
+        place = QueuePlace(
+            name, end - begin, self._needs(span), stays_m=self._stays[self._on(span)], stretch=before
+        )
         return Piece(
             span.begin_m + begin,
             end - begin,
@@ -587,6 +593,7 @@ class _Legs:
             ahead_m=ahead_m,
             from_lane=lanes[passage.lane].id,
             to_lane=lanes[passage.to_lane].id,
+            stretch=passage.edge if passage.changes else "",
         )
 
 

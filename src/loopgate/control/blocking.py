@@ -31,7 +31,7 @@ def blockers(vehicle: Vehicle, everybody: Collection[Vehicle], gate: RoadGate) -
         return []
     ways = [over.movement.kept_for for over in vehicle.leg.passes]
     if vehicle.reason == Reason.OCCUPIED:
-        if not wanted.is_full():
+        if vehicle.finds_room(wanted):
             return _late([wanted.kept_for], vehicle)
         return [[body.vehicle for body in wanted.bodies if body.vehicle is not vehicle]]
     if vehicle.reason == Reason.CROSSING:

@@ -1,8 +1,9 @@
 """Credits: room that a long vehicle keeps ahead, so that it takes one slot like any other vehicle.
 
 Where vehicles differ in length, a place has slots as long as most of its visitors need. A vehicle that needs
-more keeps its extra metres free in each place ahead on its path, from when it comes until its rear has left
-the place for the last time. A place with so many metres kept has
+more keeps its extra metres free in each place ahead on its path that lies in a circle of ways
+(`loopgate.control.circles`), from when it comes until its rear has left the place for the last time; in other
+places while it is there. A place with so many metres kept has
 
     max(least, floor((room - kept) / slot))
 
@@ -14,7 +15,7 @@ no circle of full places arises (`docs/proofs/roads.md`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Final
 
 from loopgate.control.chain import circle_from, closes_by_entering, closes_by_turning
@@ -49,13 +50,13 @@ def may_enter(leg: Leg, needed_m: float, held: Mapping[Place, float]) -> bool:
 def may_turn(vehicle: Vehicle, leg: Leg) -> bool:
     """Return whether a vehicle in a place may change to another path at `leg`, and no circle closes."""
     needed_m = vehicle.make.length_m + vehicle.make.gap_m
-    return _may_keep(leg, needed_m, vehicle.credits, 0, lambda: closes_by_turning(vehicle, leg))
+    return _may_keep(leg, needed_m, vehicle.kept, 0, lambda: closes_by_turning(vehicle, leg))
 
 
 def _may_keep(
     leg: Leg, needed_m: float, held: Mapping[Place, float], more: int, closes: Callable[[], bool]
 ) -> bool:
-    """Return whether a vehicle may keep its extra metres in all places from a leg on.
+    """Return whether a vehicle may keep its extra metres in all places from a leg on that lie in circles.
 
     All vehicles must keep their slots, and no circle of full places may arise. O(places ahead, and full
     places that they wait for). `held`: the places in which it keeps its extra metres already. `more`: how
@@ -64,7 +65,7 @@ def _may_keep(
     before: list[tuple[Place, int]] = []
     for place in visits(leg):
         extra_m = place.extra_m(needed_m)
-        if extra_m > 0.0 and place not in held:
+        if extra_m > 0.0 and place not in held and (place.circled or place is leg.place):
             if place.credit_m + extra_m > place.most_kept_m + _ROUNDING_M:
                 _restore(before)
                 return False
@@ -92,15 +93,75 @@ def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
     `changed`: called with each place whose number of slots changes.
     """
     needed_m = vehicle.make.length_m + vehicle.make.gap_m
-    before, vehicle.credits = vehicle.credits, {}
-    for place, times in visits(vehicle.leg).items():
-        if place.extra_m(needed_m) > 0.0:
-            vehicle.credits[place] = times
+    before, vehicle.kept = vehicle.kept, {}
+    ahead = visits(vehicle.leg)
+    vehicle.credits = {place: times for place, times in ahead.items() if place.extra_m(needed_m) > 0.0}
+    for place in vehicle.credits:
+        if place.circled or place is vehicle.leg.place or _is_in(vehicle, place):
+            vehicle.kept[place] = place.extra_m(needed_m)
             if place not in before:
-                _add(place, place.extra_m(needed_m), changed)
-    for place in before:
-        if place not in vehicle.credits:
-            _add(place, -place.extra_m(needed_m), changed)
+                _add(place, vehicle.kept[place], changed)
+    for place, extra_m in before.items():
+        if place not in vehicle.kept:
+            _add(place, -extra_m, changed)
+
+
+def enters(vehicle: Vehicle, place: Place, changed: Callable[[Place], None]) -> None:
+    """Keep the extra metres of a vehicle in a place from now on."""
+    if place in vehicle.credits and place not in vehicle.kept:
+        vehicle.kept[place] = place.extra_m(vehicle.make.length_m + vehicle.make.gap_m)
+        _add(place, vehicle.kept[place], changed)
+
+
+def _is_in(vehicle: Vehicle, place: Place) -> bool:
+    return any(body.place is place for body in vehicle.bodies)
+
+
+def as_if_circled(places: list[Place], vehicles: Iterable[Vehicle], may: Callable[[], bool]) -> bool:
+    """Return `may()` as it would be if these places lay in circles; False if they hold too much for that.
+
+    `vehicles`: all that keep extra metres.
+    """
+    before = [(place, place.credit_m, place.slots) for place in places]
+    there = [vehicle for vehicle in vehicles if vehicle.credits] if places else []
+    fits = True
+    for place in places:
+        place.circled = True
+        for one in there:
+            if place in one.credits and place not in one.kept:
+                place.credit_m += place.extra_m(one.make.length_m + one.make.gap_m)
+        place.slots = place.slots_with(place.credit_m)
+        fits = fits and len(place.bodies) <= place.slots
+        fits = fits and place.credit_m <= place.most_kept_m + _ROUNDING_M
+    for place in places:
+        if fits and len(place.line) >= place.slots:
+            fits = not circle_from(place)
+    fits = fits and may()
+    for place, credit_m, slots in before:
+        place.circled, place.credit_m, place.slots = False, credit_m, slots
+    return fits
+
+
+def count_in(place: Place, vehicles: Iterable[Vehicle], changed: Callable[[Place], None]) -> None:
+    """Note that a place lies in a circle from now on: all vehicles on their way there keep their metres."""
+    place.circled = True
+    for vehicle in vehicles:
+        enters(vehicle, place, changed)
+    recount(place, changed)
+
+
+def count_out(place: Place, vehicles: Iterable[Vehicle], changed: Callable[[Place], None]) -> None:
+    """Note that a place lies in no circle any more: only vehicles that are there keep their metres."""
+    place.circled = False
+    for vehicle in vehicles:
+        if place in vehicle.kept and not _is_in(vehicle, place):
+            _add(place, -vehicle.kept.pop(place), changed)
+    recount(place, changed)
+
+
+def recount(place: Place, changed: Callable[[Place], None]) -> None:
+    """Set the number of slots of a place again."""
+    _add(place, 0.0, changed)
 
 
 def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict[Place, float]:
@@ -108,7 +169,11 @@ def reserve(leg: Leg, needed_m: float, changed: Callable[[Place], None]) -> dict
 
     `needed_m`: its length with its gap [m].
     """
-    found = {place: place.extra_m(needed_m) for place in visits(leg) if place.extra_m(needed_m) > 0.0}
+    found = {
+        place: place.extra_m(needed_m)
+        for place in visits(leg)
+        if place.extra_m(needed_m) > 0.0 and (place.circled or place is leg.place)
+    }
     for place, extra_m in found.items():
         _add(place, extra_m, changed)
     return found
@@ -126,7 +191,7 @@ def collect(
     crammed: list[Place] = []
     for place in visits(leg):
         extra_m = place.extra_m(needed_m)
-        if extra_m <= 0.0 or place in held:
+        if extra_m <= 0.0 or place in held or not (place.circled or place is leg.place):
             continue
         before, place.slots = place.slots, place.slots_with(place.credit_m + extra_m)
         fits = len(place.bodies) <= place.slots
@@ -149,25 +214,29 @@ def release(reserved: dict[Place, float], changed: Callable[[Place], None]) -> N
 
 
 def left(vehicle: Vehicle, place: Place, changed: Callable[[Place], None]) -> None:
-    """Keep no metres any more in a place that a rear has left, if the vehicle does not come there again."""
+    """Keep no metres any more in a place that a rear has left, if the vehicle does not come there again.
+
+    Where it does, it keeps them only if the place lies in a circle.
+    """
     times = vehicle.credits.get(place, 0)
     if times == 1:
         del vehicle.credits[place]
-        _add(place, -place.extra_m(vehicle.make.length_m + vehicle.make.gap_m), changed)
     elif 1 < times < _FOR_EVER:
         vehicle.credits[place] = times - 1
+    if place in vehicle.kept and (times == 1 or not (place.circled or _is_in(vehicle, place))):
+        _add(place, -vehicle.kept.pop(place), changed)
 
 
 def give_up(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
     """Keep no metres any more for a vehicle that goes."""
-    for place in vehicle.credits:
-        _add(place, -place.extra_m(vehicle.make.length_m + vehicle.make.gap_m), changed)
-    vehicle.credits = {}
+    for place, extra_m in vehicle.kept.items():
+        _add(place, -extra_m, changed)
+    vehicle.credits, vehicle.kept = {}, {}
 
 
 def _add(place: Place, extra_m: float, changed: Callable[[Place], None]) -> None:
     place.credit_m += extra_m
     slots = place.slots_with(place.credit_m)
-    if slots != place.slots:
+    if slots != place.slots or extra_m < 0.0:
         place.slots = slots
         changed(place)

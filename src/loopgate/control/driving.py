@@ -13,7 +13,6 @@ import numpy as np
 from loopgate.abstraction.itinerary import Track
 from loopgate.arrays import Floats
 from loopgate.control.courtesy import Courtesy
-from loopgate.control.credits import may_turn
 from loopgate.control.diary import Diary, Queue, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
 from loopgate.control.layout import Drawings, PlaceLayout
@@ -174,7 +173,7 @@ class Arrivals:
                 return False
             self._held.add(track.vehicle)
         self.coming.append(track)
-        self._kept[track.vehicle] = self._ledger.reserve(self._paths.of(track)[track.position], needed_m)
+        self._kept[track.vehicle] = self._ledger.reserve(self._leg_of(track), needed_m)
         return True
 
     def come(self, welcome: Callable[[Sequence[Track]], None]) -> None:
@@ -182,7 +181,7 @@ class Arrivals:
         departed = set(self._traffic.departed()) if self.coming else set[str]()
         coming, self.coming, self.missed = self.coming, [], []
         for track in coming:
-            self._ledger.release(self._kept.pop(track.vehicle))
+            self._ledger.come(self._leg_of(track), self._kept.pop(track.vehicle))
             # Two vehicles that come in one step could close a circle together.
             if track.vehicle in departed and self._fits(track):
                 welcome([track])
@@ -194,9 +193,10 @@ class Arrivals:
             self._held.discard(track.vehicle)
 
     def _fits(self, track: Track) -> bool:
-        return self._ledger.fits(
-            self._paths.of(track)[track.position], sum(self._traffic.size(track.vehicle))
-        )
+        return self._ledger.fits(self._leg_of(track), sum(self._traffic.size(track.vehicle)))
+
+    def _leg_of(self, track: Track) -> Leg:
+        return self._paths.of(track)[track.position]
 
     def is_clear(self, track: Track, gap_m: float = _GAP_M) -> bool:
         """Return whether the place where a vehicle starts has a free slot, and all its vehicles are ahead.
@@ -338,7 +338,7 @@ class Totals:
         return told
 
 
-def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
+def may_turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg) -> bool:
     """Return whether a vehicle can now change to another path, on which its place is `leg`.
 
     It can if it holds its place and nothing else, is neither steered nor a mover, and closes no circle of
@@ -346,21 +346,13 @@ def may_turn_off(vehicle: Vehicle, leg: Leg) -> bool:
     """
     if not vehicle.is_settled() or vehicle.steered or vehicle.mover:
         return False
-    return may_turn(vehicle, leg)
+    return ledger.may_turn(vehicle, leg)
 
 
 def turn_off(ledger: Ledger, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
-    """Move a vehicle to another path, where it goes on from `leg`.
-
-    Return by how much arc lengths on the new path are larger [m]. `make`, `lap_m`: properties of the vehicle
-    and length of the lap on the new path.
-    """
+    """Move a vehicle to another path as `Ledger.turn_off` does; it asks anew."""
     withdraw(ledger, vehicle)
-    by_m = vehicle.turn_off(leg, make, lap_m)
-    body, place = vehicle.bodies[0], leg.place
-    out_m = vehicle.line_m + make.length_m
-    vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
-    ledger.keep_ahead(vehicle)
+    by_m = ledger.turn_off(vehicle, leg, make, lap_m)
     ledger.consider(vehicle)
     return by_m
 
@@ -556,7 +548,7 @@ class Driving:
         Return whether that can be done now. `edges`: its route in SUMO.
         """
         path, make = self.paths.of(track), vehicle.make
-        if not may_turn_off(vehicle, path[track.position]):
+        if not may_turn_off(self.ledger, vehicle, path[track.position]):
             return False
         self.stops.takes_back(vehicle)
         self._traffic.lead(vehicle.name, edges)

@@ -58,11 +58,12 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     if wanted.mover is not None and wanted.mover is not vehicle:
         # From a place that is not full: no vehicle needs the slot that it gives back, so it leaves one more.
         here = vehicle.leg.place
-        leaves = 2 if len(here.line) < here.slots else 1
-        if wanted.barred or free <= leaves:
+        leaves = wanted.mover.takes_in(wanted) + (len(here.line) < here.slots)
+        if wanted.barred or free < vehicle.takes_in(wanted) + leaves:
             return _SERVICE
     other = wanted.kept_for
-    if free == 1 and other is not None and other is not vehicle and wanted.mover is not vehicle:
+    is_kept = other is not None and other is not vehicle and wanted.mover is not vehicle
+    if is_kept and other is not None and free < vehicle.takes_in(wanted) + other.takes_in(wanted):
         return _OCCUPIED
     for over in vehicle.leg.passes:
         other = over.movement.kept_for
@@ -124,7 +125,11 @@ class Keeping:
                 break
             if vehicle.reason in PASSED_OVER and wanted is not None and not vehicle.idles():
                 old.append(vehicle)
-                if vehicle.reason == "occupied" and waited_s >= SHORT_OF_SLOTS_S and wanted.is_full():
+                if (
+                    vehicle.reason == "occupied"
+                    and waited_s >= SHORT_OF_SLOTS_S
+                    and not vehicle.finds_room(wanted)
+                ):
                     short.add(wanted)
         late: list[tuple[float, int, Vehicle]] = []
         for vehicle in old:
@@ -145,7 +150,7 @@ class Keeping:
             wanted.kept_for = vehicle
             self._places.append(wanted)
         others = 0 if wanted.kept_for is vehicle else 1
-        if wanted.slots - len(wanted.bodies) <= others:
+        if wanted.slots - len(wanted.bodies) < vehicle.takes_in(wanted) + others:
             return
         for over in vehicle.leg.passes:
             if over.movement.kept_for is not None:
@@ -205,7 +210,7 @@ class Keeping:
     def _clear_way(self, mover: Vehicle) -> None:
         """Keep a mover's crossing clear, unless the mover of an older request needs a part of it."""
         wanted, passes = mover.wanted(), mover.leg.passes
-        if wanted is None or wanted.is_full():
+        if wanted is None or not mover.finds_room(wanted):
             return
         for over in passes:
             other = over.movement.kept_for

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg, Overlap, PlaceRoom
 from loopgate.control.lamps import Signal
 from loopgate.control.lights import is_at_line
-from loopgate.control.places import ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
+from loopgate.control.places import ChangeStretch, ConflictGroup, Foe, Leg, Movement, Pass, Place, joined
 
 Drawings = Sequence[DrawnLeg]
 
@@ -48,6 +48,7 @@ class PlaceLayout:
         """Whether some movement has a light that is obeyed."""
         self.places: dict[str, Place] = {}
         self._movements: dict[str, Movement] = {}
+        self._stretches: dict[str, ChangeStretch] = {}
         self.extend(slots, ways)
 
     def extend(
@@ -62,9 +63,7 @@ class PlaceLayout:
         its legs as they are drawn now.
         """
         self.places |= {
-            name: Place(name, least, *self._rooms.get(name, ()))
-            for name, least in slots.items()
-            if name not in self.places
+            name: self._place(name, least) for name, least in slots.items() if name not in self.places
         }
         crossings = {c.id: c for way in ways for leg in way for c in leg.crossings}
         together = _together(crossings, ways)
@@ -86,6 +85,16 @@ class PlaceLayout:
             for name in exits:
                 self._movements[name].beside = [self._movements[other] for other in exits if other != name]
 
+    def _place(self, name: str, least: int) -> Place:
+        room = self._rooms.get(name)
+        if room is None:
+            return Place(name, least)
+        place = Place(name, least, room.length_m, room.slot_m, room.most_kept_m, room.overhang_m)
+        if room.stretch:
+            place.stretch = self._stretches.setdefault(room.stretch, ChangeStretch())
+            place.stretch.behind.append(place)
+        return place
+
     @property
     def movements(self) -> Iterable[Movement]:
         """All movements."""
@@ -101,6 +110,12 @@ class PlaceLayout:
             leg.guided, leg.slot_m = bool(drawn.guides), float(drawn.slot_m)
             leg.guide_m = float(drawn.guides[0].stop_m) if drawn.guides else inf
             leg.passes = [self._pass(c, first=k == 0) for k, c in enumerate(drawn.crossings)]
+            for crossing in drawn.crossings:
+                stretch = self._stretches.get(crossing.stretch)
+                if stretch is not None:
+                    leg.change = stretch
+                    if leg.place not in stretch.before:
+                        stretch.before.append(leg.place)
             leg.inner = [over for over in leg.passes if over.signal is not None and not is_at_line(over, leg)]
         joined(legs, closed=not way[-1].away)
         if self._on_path is not None:

@@ -8,12 +8,25 @@ from math import inf
 from typing import Final
 
 from loopgate.control.chain import ChainGate, RoadGate
-from loopgate.control.credits import collect, give_up, keep, left, may_enter, release, reserve
+from loopgate.control.circles import Circles
+from loopgate.control.credits import (
+    collect,
+    enters,
+    give_up,
+    keep,
+    left,
+    may_enter,
+    may_turn,
+    recount,
+    release,
+    reserve,
+)
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import (
     POINT,
     TOLERANCE_M,
     Body,
+    ChangeStretch,
     ConflictGroup,
     GrantedPass,
     Leg,
@@ -60,6 +73,8 @@ class Holdings:
         """How often a front has passed the end of the last granted leg; in a sound run never."""
         self.made = 0
         """The number of the next vehicle."""
+        self.circles: Circles | None = None
+        """The circles of ways; without them, all places count as circled."""
         self._requests = 0
         self._answering = False
         self._gave_back = False
@@ -109,7 +124,7 @@ class Holdings:
         vehicle = Vehicle(self.made if number is None else number, name, path[position], make, lap_m)
         self.made = max(self.made, vehicle.number + 1)
         self.vehicles[name] = vehicle
-        keep(vehicle, self._slots_changed)
+        self._know_way(vehicle)
         self._go_in(vehicle, vehicle.laps_m + vehicle.leg.begin_m)
         return vehicle
 
@@ -120,6 +135,8 @@ class Holdings:
         self.waiting.pop(vehicle, None)
         if vehicle in vehicle.leg.place.line:
             self._go_out(vehicle)
+        if self.circles is not None:
+            self.circles.goes(vehicle)
         for trip in vehicle.trips:
             trip.over.movement.junction.trips.remove(trip)
         vehicle.trips = []
@@ -135,23 +152,68 @@ class Holdings:
 
         `needed_m`: its length with its gap [m]. `held`: what `collect` has kept for it.
         """
-        return not leg.place.closed and may_enter(leg, needed_m, held)
+        return not leg.place.closed and self._allows(leg, lambda: may_enter(leg, needed_m, held))
+
+    def may_turn(self, vehicle: Vehicle, leg: Leg) -> bool:
+        """Return whether a vehicle in a place may change to another path at `leg`, and no circle closes."""
+        return self._allows(leg, lambda: may_turn(vehicle, leg))
+
+    def _allows(self, leg: Leg, may: Callable[[], bool]) -> bool:
+        """Return whether a vehicle may take a way from a leg on. `may`: whether it may with its circles."""
+        return may() if self.circles is None else self.circles.allows(leg, self.vehicles.values(), may)
 
     def reserve(self, leg: Leg, needed_m: float) -> dict[Place, float]:
-        """Keep the extra metres of a vehicle that is about to join on a leg, until `release`."""
+        """Keep the extra metres of a vehicle that is about to join on a leg, until `come`."""
+        if self.circles is not None:
+            self.circles.close(leg, self.vehicles.values(), self._slots_changed)
+            self.circles.add(leg)
         return reserve(leg, needed_m, self._slots_changed)
+
+    def come(self, leg: Leg, reserved: dict[Place, float]) -> None:
+        """Keep no longer what `reserve` has returned."""
+        if self.circles is not None:
+            self.circles.drop(leg)
+        release(reserved, self._slots_changed)
 
     def collect(self, leg: Leg, needed_m: float, held: dict[Place, float]) -> list[Place]:
         """Keep the extra metres of a vehicle that waits to join, where it can; return too full places."""
         return collect(leg, needed_m, held, self._slots_changed)
 
     def release(self, reserved: dict[Place, float]) -> None:
-        """Keep no longer what `reserve` has returned, or `collect` has kept."""
+        """Keep no longer what `collect` has kept."""
         release(reserved, self._slots_changed)
 
-    def keep_ahead(self, vehicle: Vehicle) -> None:
-        """Keep the extra metres of a vehicle that has changed to another path in the places of that path."""
+    def turn_off(self, vehicle: Vehicle, leg: Leg, make: Make, lap_m: float) -> float:
+        """Move a vehicle to another path, where it goes on from `leg`; call it only if it `may_turn`.
+
+        Return by how much arc lengths on the new path are larger [m]. `make`, `lap_m`: properties of the
+        vehicle and length of the lap on the new path.
+        """
+        if self.circles is not None:
+            self.circles.goes(vehicle)
+        change = vehicle.leg.change
+        by_m = vehicle.turn_off(leg, make, lap_m)
+        body, place = vehicle.bodies[0], leg.place
+        out_m = vehicle.line_m + make.length_m
+        vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
+        self._know_way(vehicle)
+        for stretch in (change, leg.change):
+            self._recount(stretch)
+        return by_m
+
+    def _know_way(self, vehicle: Vehicle) -> None:
+        """Note the way of a vehicle, and keep its extra metres ahead."""
+        if self.circles is not None:
+            self.circles.close(vehicle.leg, self.vehicles.values(), self._slots_changed)
+            self.circles.comes(vehicle)
         keep(vehicle, self._slots_changed)
+
+    def _recount(self, stretch: ChangeStretch | None) -> None:
+        """Note whether vehicles want to change lanes on a stretch: then no other vehicle may stand there."""
+        if stretch is not None and stretch.wanted != stretch.is_wanted():
+            stretch.wanted = not stretch.wanted
+            for place in stretch.behind:
+                recount(place, self._slots_changed)
 
     def ask(self, vehicle: Vehicle) -> None:
         """Take a vehicle's request for its next place; the answer comes once the vehicle heads its line."""
@@ -296,6 +358,9 @@ class Holdings:
         """Put a vehicle last into the line of its place, with a slot; return its body there."""
         place = vehicle.leg.place
         place.line.append(vehicle)
+        if vehicle.credits:
+            enters(vehicle, place, self._slots_changed)
+        self._recount(vehicle.leg.change)
         body = Body(vehicle, place, begins_m, vehicle.line_m + vehicle.make.length_m)
         self.take_slot(body, len(place.bodies))
         self.wake(place.line[0])
@@ -305,6 +370,7 @@ class Holdings:
         """Take a vehicle out of its line; wake vehicles that wait for this, and the line behind it."""
         place = vehicle.leg.place
         place.line.remove(vehicle)
+        self._recount(vehicle.leg.change)
         self._wake_waiting(place)
         for number, other in enumerate(place.line):
             if other.asks:
@@ -441,6 +507,8 @@ class Ledger(Holdings):
         while self._alarms and self._alarms[0][0] <= self.now_s:
             self.wake(heappop(self._alarms)[2])
         self._look_near()
+        if self.circles is not None:
+            self.circles.look(self.now_s, self.vehicles.values(), self._slots_changed)
         self.look(self.now_s)
         gone: list[Vehicle] = []
         due, self._answering = self._due(), True
@@ -592,6 +660,8 @@ class Ledger(Holdings):
         was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
         if before.guided and not vehicle.steered:
             vehicle.steered, vehicle.guide_m = True, line_m + before.guide_m
+        if self.circles is not None:
+            self.circles.passes(vehicle)
         vehicle.go_on(after)
         self.log.append((GRANTED, vehicle, after.place, "", self.gate.stage(vehicle)))
         self.gate.moved(vehicle)

@@ -88,21 +88,33 @@ class Place:
     Where `room_m`, the length for vehicles [m], is above 0, a slot is `slot_m` long [m], and `credit_m` of
     the room is kept for the extra metres of longer vehicles (`loopgate.control.credits`), `most_kept_m` at
     most. There are `least` slots at any time: as many as the longest vehicles that come would fill, or two.
+    `circled`: whether the place lies in a circle of ways (`loopgate.control.circles`). `stretch`: the stretch
+    before the place on which vehicles change lanes, `overhang_m` long [m]; None if none stand there.
     """
 
     __slots__ = (
-        "barred", "bodies", "cause", "closed", "credit_m", "kept_for", "least", "line", "most_kept_m",
-        "mover", "name", "room_m", "shut", "slot_m", "slots", "waiting",
+        "barred", "bodies", "cause", "circled", "closed", "credit_m", "kept_for", "least", "line",
+        "most_kept_m", "mover", "name", "overhang_m", "room_m", "shut", "slot_m", "slots", "stretch",
+        "waiting",
     )  # fmt: skip
 
     def __init__(
-        self, name: str, slots: int, room_m: float = 0.0, slot_m: float = 0.0, most_kept_m: float = inf
+        self,
+        name: str,
+        slots: int,
+        room_m: float = 0.0,
+        slot_m: float = 0.0,
+        most_kept_m: float = inf,
+        overhang_m: float = 0.0,
     ) -> None:
         self.name: Final = name
         self.least: Final = slots
         self.room_m: Final = room_m
         self.slot_m: Final = slot_m
         self.most_kept_m: Final = most_kept_m
+        self.overhang_m: Final = overhang_m
+        self.stretch: ChangeStretch | None = None
+        self.circled = True
         self.credit_m = 0.0
         self.slots = slots
         self.slots = self.slots_with(0.0)
@@ -122,11 +134,37 @@ class Place:
         """Return how many slots there are with so many metres kept for longer vehicles."""
         if self.room_m <= 0.0:
             return self.least
-        return max(self.least, floor((self.room_m - credit_m) / self.slot_m + _ROUNDING))
+        room_m = self.room_m - credit_m
+        if self.stretch is not None and not (self.circled or self.stretch.wanted):
+            room_m += self.overhang_m
+        return max(self.least, floor(room_m / self.slot_m + _ROUNDING))
 
     def extra_m(self, needed_m: float) -> float:
         """Return the metres that a vehicle that needs so many with its gap needs beyond a slot [m]."""
         return max(0.0, needed_m - self.slot_m) if self.room_m > 0.0 else 0.0
+
+
+class ChangeStretch:
+    """A stretch of an edge on which vehicles change lanes; others may stand there while nobody wants to.
+
+    `before`: the places from which vehicles come to change lanes. `behind`: the places after it. `wanted`:
+    whether a vehicle in the line of a place before it changes lanes on it.
+    """
+
+    __slots__ = ("before", "behind", "wanted")
+
+    def __init__(self) -> None:
+        self.before: list[Place] = []
+        self.behind: list[Place] = []
+        self.wanted = False
+
+    def is_wanted(self) -> bool:
+        """Return whether a vehicle before it changes lanes on it. O(vehicles before it)."""
+        for place in self.before:
+            for vehicle in place.line:
+                if vehicle.leg.change is self:
+                    return True
+        return False
 
 
 class Movement:
@@ -235,12 +273,12 @@ class Leg:
     on the path. `inner`: the movements with a light that stands inside the crossing. `guided`: whether
     vehicles are steered between the two; `guide_m`: how far after `end_m` the first stop is by which they are
     [m]. `stretch`: where it lies on the road, if there is ordinary traffic. `slot_m`: the length that a
-    vehicle needs [m].
+    vehicle needs [m]. `change`: the stretch after it on which the vehicle changes lanes, if any.
     """
 
     __slots__ = (
-        "after", "begin_m", "end_m", "guide_m", "guided", "inner", "number", "passes", "place", "slot_m",
-        "stretch",
+        "after", "begin_m", "change", "end_m", "guide_m", "guided", "inner", "number", "passes", "place",
+        "slot_m", "stretch",
     )  # fmt: skip
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
@@ -255,6 +293,7 @@ class Leg:
         self.guide_m = inf
         self.stretch: RoadStretch | None = None
         self.slot_m = 0.0
+        self.change: ChangeStretch | None = None
 
     def is_quiet(self, now_s: float) -> bool:
         """Return whether no ordinary vehicle is on the crossing after the leg or beyond, or comes to it soon.
@@ -477,7 +516,8 @@ class Vehicle:
     less its odometer [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
-    `credits`: by place ahead, how often its path still comes there; it keeps its extra metres there.
+    `credits`: the places that lack room for it in one slot, and how often its path still comes there.
+    `kept`: the extra metres that it keeps now, by place [m].
     `steered`: whether it is led to a lane, and makes no request. `guide_m`: arc length of the stop by which
     it is led [m]; infinite if there is none, minus infinity while it is led back to the lane of its path.
     `stood_s`: how long it has stood, anywhere [s]. `stop_m`: arc length at which it stops by itself [m].
@@ -488,8 +528,8 @@ class Vehicle:
 
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "credits",
-        "due_m", "front_m", "granted", "guide_m", "halted", "held", "lap_m", "laps_m", "leg", "line_m",
-        "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m", "parks",
+        "due_m", "front_m", "granted", "guide_m", "halted", "held", "kept", "lap_m", "laps_m", "leg",
+        "line_m", "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m", "parks",
         "reason", "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m",
         "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
@@ -508,6 +548,7 @@ class Vehicle:
         self.line_m = self._end_m()
         self.bodies: list[Body] = []
         self.credits: dict[Place, int] = {}
+        self.kept: dict[Place, float] = {}
         self.trips: list[GrantedPass] = []
         self.watchers: list[tuple[float, Vehicle]] = []
         self.due_m = self.noted_m = self.back_m = inf
@@ -530,6 +571,19 @@ class Vehicle:
     def stops_here(self) -> bool:
         """Return whether it stops by itself before its stop line."""
         return self.stop_m < self.line_m
+
+    def takes_in(self, place: Place) -> int:
+        """Return how many slots fewer are free in a place once it has come: 1, more if it is long."""
+        if place not in self.credits or place in self.kept:
+            return 1
+        credit_m = place.credit_m + place.extra_m(self.make.length_m + self.make.gap_m)
+        if credit_m > place.most_kept_m + _ROUNDING:
+            return place.slots + 1
+        return 1 + place.slots - place.slots_with(credit_m)
+
+    def finds_room(self, place: Place) -> bool:
+        """Return whether there are slots for it in a place."""
+        return place.slots - len(place.bodies) >= self.takes_in(place)
 
     def idles(self) -> bool:
         """Return whether it stays where it is for now, so that nothing should be kept for it."""

@@ -30,7 +30,7 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
         return None
     if wanted.closed:
         return Refusal(wanted.closed, [wanted], cause=wanted.cause)
-    if wanted.is_full() or wanted.shut:
+    if wanted.shut or not vehicle.finds_room(wanted):
         return Refusal("occupied", [wanted])
     for ahead, other in enumerate(reversed(wanted.line)):
         if other.stop_m >= other.line_m:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from loopgate.network.road import RoadNetwork
+
+N = TypeVar("N", bound=Hashable)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +62,7 @@ def parts_with_loops(network: RoadNetwork, *, vclass: str, u_turns: bool) -> tup
     return tuple(_part(network, part, through) for part in closed)
 
 
-def strong_parts(onward: Mapping[str, Sequence[str]]) -> list[set[str]]:
+def strong_parts(onward: Mapping[N, Sequence[N]]) -> list[set[N]]:
     """Return the strongly connected parts of a graph, given the next nodes of each node; O(nodes + edges).
 
     Tarjan's algorithm (1972) without recursion. Most runs would load networkx for nothing else: a tenth of
@@ -70,11 +73,11 @@ def strong_parts(onward: Mapping[str, Sequence[str]]) -> list[set[str]]:
     >>> [sorted(part) for part in strong_parts({"a": "b", "b": "ac", "c": ""})]
     [['c'], ['a', 'b']]
     """
-    found: dict[str, int] = {}
-    least: dict[str, int] = {}
+    found: dict[N, int] = {}
+    least: dict[N, int] = {}
     """The first found node of the stack that is known to be reached from each node of the stack."""
-    stack: list[str] = []
-    parts: list[set[str]] = []
+    stack: list[N] = []
+    parts: list[set[N]] = []
     for root in onward:
         todo = [] if root in found else [(root, iter(onward[root]))]
         while todo:

@@ -10,6 +10,7 @@ import numpy as np
 
 from loopgate.abstraction.itinerary import Abstraction, PlaceRoom, Track
 from loopgate.arrays import Floats
+from loopgate.control.circles import Circles
 from loopgate.control.departures import AT_LIGHTS, WITHOUT_LIGHTS, Manner, on_own_lanes
 from loopgate.control.driving import Driving
 from loopgate.control.ledger import Ledger
@@ -178,6 +179,8 @@ def make_driving(
     rooms = rooms_of(scenario, assembly, gate)
     layout = ground.layout(slots_of(assembly), [track.legs for track in tracks], rooms)
     driving = ground.driving(ledger, layout, _made_stops(assembly, ledger), spacing)
+    if rooms and not assembly.contains:  # whoever stands for good may stand in any place
+        ledger.circles = Circles(layout.places[name] for name in rooms if name in layout.places)
     if deciding is not None:
         deciding.know(driving.paths.places)
     return Laid(driving, ground, asked, by_messages)

@@ -87,7 +87,7 @@ def make_layout(
     return Layout(
         step_s=step_s,
         room=_room(abstraction, assembly.other_ways),
-        metres={name: room.length_m for name, room in rooms.items()},
+        metres={name: room.length_m + room.overhang_m for name, room in rooms.items()},
         loops=loops,
         vehicles=vehicles,
         movements={c.id: c.via for c in assembly.network.connections if c.id in named},

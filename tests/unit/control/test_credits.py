@@ -119,9 +119,9 @@ def test_a_long_vehicle_turns_only_to_where_its_metres_fit() -> None:
     ledger = Ledger(usual())
     (bus,) = put(ledger, old, 1, make=BUS)
     cars = put(ledger, new, 7, position=1)
-    assert not may_turn_off(bus, new[0])
+    assert not may_turn_off(ledger, bus, new[0])
     ledger.leave(cars[0])
-    assert may_turn_off(bus, new[0])
+    assert may_turn_off(ledger, bus, new[0])
     turn_off(ledger, bus, new[0], BUS, 0.0)
     assert (a.slots, b.slots, c.slots) == (6, 8, 6)
 

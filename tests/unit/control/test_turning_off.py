@@ -22,14 +22,14 @@ def test_a_vehicle_goes_on_by_another_path_from_its_place() -> None:
     car = ledger.take_in("car", own, 0, CAR, 200.0)
     car.front_m = 98.0
     ledger.ask(car)
-    assert may_turn_off(car, other[1])
+    assert may_turn_off(ledger, car, other[1])
     assert turn_off(ledger, car, other[1], CAR, 250.0) == 150.0
     assert (car.front_m, car.line_m, car.left_m()) == (248.0, 250.0, 2.0)
     assert (car.bodies, a.bodies[0].begin_m, a.bodies[0].out_m) == (a.bodies, 150.0, 255.0)
     assert car.asks  # it is so near to its line that it asks again, for the place on its new path
     assert ledger.answer() == [car]
     assert (car.leg.place, car.granted, b.line) == (c, 2, [])
-    assert not may_turn_off(car, other[1])  # it is under way between two places
+    assert not may_turn_off(ledger, car, other[1])  # it is under way between two places
 
 
 def test_nobody_closes_a_circle_of_full_places_by_another_path() -> None:
@@ -38,10 +38,10 @@ def test_nobody_closes_a_circle_of_full_places_by_another_path() -> None:
     first, second = (ledger.take_in(name, away, 0) for name in ("first", "second"))
     for name in ("third", "fourth"):
         ledger.take_in(name, path_of([b, a], closed=True), 0)
-    assert not may_turn_off(first, back[0])
-    assert may_turn_off(second, back[0])  # it is not first in line
+    assert not may_turn_off(ledger, first, back[0])
+    assert may_turn_off(ledger, second, back[0])  # it is not first in line
     ledger.leave(second)
-    assert may_turn_off(first, back[0])
+    assert may_turn_off(ledger, first, back[0])
 
 
 def test_a_withheld_vehicle_is_granted_nothing_and_nothing_is_kept_for_it() -> None:
