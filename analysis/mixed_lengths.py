@@ -2,10 +2,11 @@
 
     python analysis/mixed_lengths.py --systems 10000     # some minutes
 
-Vehicles of one to three units of length come to places of some units, drive once or round and round. The
-ledger answers who may come and who may move. An oracle of its own, which knows metres and no slots, looks at
-every configuration that comes about: whether the vehicles fit into each place by their lengths, and whether
-each vehicle can go on from there by moves that the ledger admits.
+Vehicles of one to three units of length come to places of some units, drive once or round and round. Between
+some places they change lanes, where others may stand while nobody wants to. The ledger answers who may come
+and who may move. An oracle of its own, which knows metres and no slots, looks at every configuration that
+comes about: whether the vehicles fit into each place by their lengths, and whether each vehicle can go on
+from there by moves that the ledger admits.
 """
 
 from __future__ import annotations
@@ -21,8 +22,9 @@ from typing import NamedTuple
 
 from loopgate.cli.terminal import show_progress
 from loopgate.control.chain import closes
+from loopgate.control.circles import Circles
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Leg, Make, Place, joined
+from loopgate.control.places import ChangeStretch, Leg, Make, Place, Vehicle, joined
 from loopgate.gates.certified.crowding import SPARE, find_crowd
 
 LEAST = 2
@@ -45,12 +47,24 @@ class Vehicles:
 
     `ways`: the places of each vehicle's way. `once`: whether each drives once. `needs`: the length of each.
     `rooms`: the length of each place.
+
+    `before`, `behind`: two lanes before a stretch on which lanes can be changed, and after it; none if there
+    is no stretch. `overhang`: its length.
     """
 
     ways: tuple[tuple[int, ...], ...]
     once: tuple[bool, ...]
     needs: tuple[int, ...]
     rooms: tuple[int, ...]
+    before: tuple[int, ...] = ()
+    behind: tuple[int, ...] = ()
+    overhang: int = 0
+
+    def changes(self, here: int, there: int) -> bool:
+        """Return whether a vehicle changes lanes between two places."""
+        if here not in self.before or there not in self.behind:
+            return False
+        return self.before.index(here) != self.behind.index(there)
 
     @property
     def fitting(self) -> list[int]:
@@ -68,22 +82,41 @@ class Vehicles:
 
     def ledger(self, node: Node) -> tuple[Ledger, list[list[Leg]]]:
         """Return a ledger in which the vehicles stand like that, and the paths of all."""
-        places = [
-            Place(f"{k}", max(LEAST, most), float(room), 1.0, inf if most >= LEAST else float(room - LEAST))
-            for k, (most, room) in enumerate(zip(self.fitting, self.rooms, strict=True))
-        ]
-        away = Place("away", len(self.ways) + 1)
+        places = [self._place(k) for k in range(len(self.rooms))]
+        away, stretch = Place("away", len(self.ways) + 1), ChangeStretch()
+        stretch.before = [places[k] for k in self.before]
+        stretch.behind = [places[k] for k in self.behind]
+        for place in stretch.behind:
+            place.stretch = stretch
         paths = []
         for way, once in zip(self.ways, self.once, strict=True):
-            stops = [places[place] for place in way] + [away] * once
-            paths.append(joined([Leg(place, k) for k, place in enumerate(stops)], closed=not once))
+            legs = [Leg(places[place], k) for k, place in enumerate(way)]
+            legs += [Leg(away, len(way))] * once
+            for leg, here, there in zip(legs, way, (*way[1:], way[0]), strict=False):
+                if self.changes(here, there) and (leg.number < len(way) - 1 or not once):
+                    leg.change = stretch
+            paths.append(joined(legs, closed=not once))
         ledger = Ledger([])
+        ledger.circles = Circles(places)
         for line in node.lines:
             for vehicle, position in line:
                 # In which order they came makes no difference, so some stand where there is no slot yet.
                 make = self.make(vehicle)
                 ledger.take_in(f"{vehicle}", paths[vehicle], position, make, beyond=len(self.ways))
+        ledger.answer()  # it finds the circles of ways
         return ledger, paths
+
+    def _place(self, number: int) -> Place:
+        most, room = self.fitting[number], float(self.rooms[number])
+        kept_m = inf if most >= LEAST else room - LEAST
+        return Place(f"{number}", max(LEAST, most), room, 1.0, kept_m, float(self.overhang))
+
+    def is_clear(self, node: Node) -> bool:
+        """Return whether nobody stands on the stretch."""
+        return all(self._length(node.lines[place]) <= self.rooms[place] for place in self.behind)
+
+    def _length(self, line: tuple[tuple[int, int], ...]) -> int:
+        return sum(self.needs[vehicle] for vehicle, _ in line)
 
     def make(self, vehicle: int) -> Make:
         """Return the properties of a vehicle, without a gap."""
@@ -110,8 +143,8 @@ class Vehicles:
     def fit(self, node: Node) -> bool:
         """Return whether all vehicles fit into their places by their lengths."""
         return all(
-            sum(self.needs[vehicle] for vehicle, _ in line) <= room
-            for line, room in zip(node.lines, self.rooms, strict=True)
+            self._length(line) <= room + (self.overhang if place in self.behind else 0)
+            for place, (line, room) in enumerate(zip(node.lines, self.rooms, strict=True))
         )
 
 
@@ -121,7 +154,7 @@ def draw(seed: int, *, loops: bool) -> Vehicles:
     Most drive along a ring of places, so that full places can wait for one another.
     """
     rng = random.Random(seed)
-    places = rng.randint(2, 4)
+    places = rng.randint(2, 5)
     kinds: list[tuple[tuple[int, ...], bool, int]] = []
     for _ in range(rng.randint(2, 4)):
         round_ = loops and rng.random() < 0.5  # noqa: PLR2004  some of them
@@ -141,7 +174,10 @@ def draw(seed: int, *, loops: bool) -> Vehicles:
     )
     many = rng.randint(3, 9)
     ways, once, needs = zip(*sorted(rng.choice(kinds) for _ in range(many)), strict=True)
-    return Vehicles(ways, once, needs, rooms)
+    if places < 4 or rng.random() < 0.3:  # noqa: PLR2004  two lanes before the stretch, and two behind it
+        return Vehicles(ways, once, needs, rooms)
+    lanes = rng.sample(range(places), 4)
+    return Vehicles(ways, once, needs, rooms, tuple(lanes[:2]), tuple(lanes[2:]), rng.randint(1, 2))
 
 
 class Everything:
@@ -152,7 +188,7 @@ class Everything:
 
     def __init__(self, vehicles: Vehicles, most: int) -> None:
         self.vehicles = vehicles
-        self.admits_fuller = self.decisions = 0
+        self.admits_fuller = self.decisions = self.stands_on_stretch = self.not_kept = 0
         begin = Node(((),) * len(vehicles.rooms), frozenset(range(len(vehicles.ways))))
         self.moves: dict[Node, list[tuple[int, Node]]] = {}
         self.whole = True
@@ -176,9 +212,8 @@ class Everything:
             if not line:
                 continue
             head = ledger.vehicles[f"{line[0][0]}"]
-            wanted = head.wanted()
             self.decisions += 1
-            if wanted is None or not (wanted.is_full() or closes(head)):
+            if self._may_go(node, head) and not closes(head):
                 moves.append((line[0][0], vehicles.moved(node, place)))
         more = []
         kinds = set()
@@ -192,9 +227,18 @@ class Everything:
                 node, vehicle
             ):
                 more.append(vehicles.entered(node, vehicle))
+        self.stands_on_stretch += not vehicles.is_clear(node)
+        self.not_kept += any(one.credits.keys() - one.kept.keys() for one in ledger.vehicles.values())
         least = vehicles.least
         self.admits_fuller += any(len(line) > most for line, most in zip(node.lines, least, strict=True))
         return moves, more
+
+    def _may_go(self, node: Node, head: Vehicle) -> bool:
+        """Return whether the next place has room, and nobody stands where a vehicle changes lanes."""
+        wanted = head.wanted()
+        if head.leg.change is not None and not self.vehicles.is_clear(node):
+            return False
+        return wanted is None or head.finds_room(wanted)
 
     def _may_stay(self, node: Node, vehicle: int) -> bool:
         """Return whether condition (S) holds with one more vehicle on a loop."""
@@ -251,6 +295,8 @@ def look(seeds: Iterable[int], *, loops: bool, most: int) -> Counter[str]:
         found["configurations"] += len(every.moves)
         found["decisions"] += every.decisions
         found["with more vehicles than the longest"] += every.admits_fuller
+        found["with vehicles on a stretch"] += every.stands_on_stretch
+        found["with metres not kept where there is no circle"] += every.not_kept
         found["do not fit"] += every.unfit()
         found["stuck"] += every.stuck()
     return found

@@ -529,9 +529,9 @@ class Vehicle:
     __slots__ = (
         "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "credits",
         "due_m", "front_m", "granted", "guide_m", "halted", "held", "kept", "lap_m", "laps_m", "leg",
-        "line_m", "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m", "parks",
-        "reason", "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s", "stop_m",
-        "trips", "watchers", "withheld", "woken",
+        "line_m", "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m",
+        "parks", "reason", "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s",
+        "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
