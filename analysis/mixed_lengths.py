@@ -94,7 +94,7 @@ class Vehicles:
             legs += [Leg(away, len(way))] * once
             for leg, here, there in zip(legs, way, (*way[1:], way[0]), strict=False):
                 if self.changes(here, there) and (leg.number < len(way) - 1 or not once):
-                    leg.change = stretch
+                    leg.change = leg.nears = stretch
             paths.append(joined(legs, closed=not once))
         ledger = Ledger([])
         ledger.circles = Circles(places)

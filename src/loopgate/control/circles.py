@@ -1,7 +1,8 @@
 """Finds the places that lie in circles of the ways that vehicles have ahead.
 
-Vehicles can lock up only in such circles. In all other places a long vehicle keeps its extra metres only
-while it is there, and vehicles may stand where others change lanes (`docs/proofs/roads.md`).
+Vehicles can lock up only in such circles, and only where enough vehicles come to fill each place of one. In
+all other places a long vehicle keeps its extra metres only while it is there, and vehicles may stand where
+others change lanes (`docs/proofs/roads.md`).
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ class Circles:
     """The ways ahead as links between places, and the places that lie in circles of these links.
 
     A link leads from a place to the next on a way; from a place before a change of lanes to all places after
-    that stretch. A place that no longer lies in a circle counts as circled until the next `look`.
+    that stretch. Places that have slots for all who are there or come do not count: nobody waits for them.
+    A place that no longer lies in a circle counts as circled until the next `look`.
 
     Parameters
     ----------
@@ -33,6 +35,8 @@ class Circles:
         self._places: Final = list(places)
         self._links: dict[Place, dict[Place, int]] = {}
         """How many ways ahead have each link."""
+        self._visits: dict[Place, int] = {}
+        """How often ways come to each place."""
         self._round: set[Vehicle] = set()
         """The vehicles on loops: they keep their links."""
         self._changed = True
@@ -40,14 +44,16 @@ class Circles:
 
     def add(self, leg: Leg) -> None:
         """Add the links of a way, from a leg on."""
-        for here, there in _links_from(leg):
-            links = self._links.setdefault(here, {})
-            links[there] = links.get(there, 0) + 1
+        for one in _legs_from(leg):
+            self._visits[one.place] = self._visits.get(one.place, 0) + 1
+            for there in _next_of(one):
+                links = self._links.setdefault(one.place, {})
+                links[there] = links.get(there, 0) + 1
 
     def drop(self, leg: Leg) -> None:
         """Drop the links of a way, from a leg on."""
-        for here, there in _links_from(leg):
-            self._drop(here, there)
+        for one in _legs_from(leg):
+            self._drop(one)
 
     def comes(self, vehicle: Vehicle) -> None:
         """Add the way of a vehicle."""
@@ -63,26 +69,41 @@ class Circles:
     def passes(self, vehicle: Vehicle) -> None:
         """Drop the links out of the place that a vehicle leaves."""
         if vehicle not in self._round:
-            for here, there in _links_of(vehicle.leg):
-                self._drop(here, there)
+            self._drop(vehicle.leg)
 
-    def _drop(self, here: Place, there: Place) -> None:
-        links = self._links[here]
-        links[there] -= 1
-        if not links[there]:
-            del links[there]
-            self._changed = True
+    def _drop(self, leg: Leg) -> None:
+        visits = self._visits[leg.place] = self._visits[leg.place] - 1
+        self._changed = self._changed or visits == leg.place.least - 1
+        links = self._links.get(leg.place, {})
+        for there in _next_of(leg):
+            links[there] -= 1
+            if not links[there]:
+                del links[there]
+                self._changed = True
 
     def closed_by(self, leg: Leg) -> list[Place]:
         """Return the places that would lie in circles, and do not yet, with one more way from a leg on."""
-        new = [(here, there) for here, there in _links_from(leg) if there not in self._links.get(here, ())]
-        if not new or all(place.circled for place in self._places):
+        if not any(self._is_new(one) for one in _legs_from(leg)):
             return []
-        onward = {here: list(links) for here, links in self._links.items()}
-        for here, there in new:
-            onward.setdefault(here, []).append(there)
-        circled = _circled(onward)
+        self.add(leg)
+        circled = self._circled()
+        changed = self._changed
+        self.drop(leg)
+        self._changed = changed
         return [place for place in self._places if not place.circled and place in circled]
+
+    def _is_new(self, leg: Leg) -> bool:
+        """Return whether a way over a leg adds a link, or as many ways as its place has slots."""
+        if self._visits.get(leg.place, 0) == leg.place.least - 1:
+            return True
+        links = self._links.get(leg.place, ())
+        return any(there not in links for there in _next_of(leg))
+
+    def _circled(self) -> set[Place]:
+        """Return the places that lie in circles. O(links)."""
+        full = {place for place, visits in self._visits.items() if visits >= place.least}
+        onward = {here: [there for there in self._links.get(here, ()) if there in full] for here in full}
+        return {place for part in strong_parts(onward) if len(part) > 1 for place in part}
 
     def allows(self, leg: Leg, vehicles: Iterable[Vehicle], may: Callable[[], bool]) -> bool:
         """Return whether a vehicle may take a way from a leg on, also as to the circles that this closes.
@@ -103,42 +124,29 @@ class Circles:
             return
         self._changed, self._look_s = False, now_s + _EVERY_S
         there = list(vehicles)
-        circled = _circled({here: list(links) for here, links in self._links.items()})
+        circled = self._circled()
         for place in self._places:
             if place.circled and place not in circled:
                 count_out(place, there, changed)
 
 
-def _circled(onward: dict[Place, list[Place]]) -> set[Place]:
-    """Return the places that lie in circles, given the next places of each."""
-    for links in list(onward.values()):
-        for there in links:
-            onward.setdefault(there, [])
-    found: set[Place] = set()
-    for part in strong_parts(onward):
-        if len(part) > 1:
-            found |= part
-    return found
-
-
-def _links_of(leg: Leg) -> Iterator[tuple[Place, Place]]:
-    """Yield the links out of the place of a leg."""
+def _next_of(leg: Leg) -> Iterator[Place]:
+    """Yield the places for which a vehicle at the end of a leg may have to wait."""
     if leg.after is not None:
-        yield leg.place, leg.after.place
+        yield leg.after.place
     if leg.change is not None:
         for place in leg.change.behind:
             if leg.after is None or place is not leg.after.place:
-                yield leg.place, place
+                yield place
 
 
-def _links_from(leg: Leg) -> Iterator[tuple[Place, Place]]:
-    """Yield the links of a way from a leg on."""
-    one: Leg | None = leg
-    while one is not None:
-        yield from _links_of(one)
+def _legs_from(leg: Leg) -> Iterator[Leg]:
+    """Yield the legs of a way from a leg on, each once."""
+    yield leg
+    one = leg.after
+    while one is not None and one is not leg:
+        yield one
         one = one.after
-        if one is leg:
-            return
 
 
 def _is_closed(leg: Leg) -> bool:

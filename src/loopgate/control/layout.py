@@ -114,10 +114,12 @@ class PlaceLayout:
                 stretch = self._stretches.get(crossing.stretch)
                 if stretch is not None:
                     leg.change = stretch
-                    if leg.place not in stretch.before:
-                        stretch.before.append(leg.place)
             leg.inner = [over for over in leg.passes if over.signal is not None and not is_at_line(over, leg)]
         joined(legs, closed=not way[-1].away)
+        for leg in legs:
+            leg.nears = leg.change or (leg.after.change if leg.after is not None else None)
+            if leg.nears is not None and leg.place not in leg.nears.before:
+                leg.nears.before.append(leg.place)
         if self._on_path is not None:
             self._on_path(legs, way)
         return legs

@@ -191,13 +191,13 @@ class Holdings:
         """
         if self.circles is not None:
             self.circles.goes(vehicle)
-        change = vehicle.leg.change
+        before = vehicle.leg.nears
         by_m = vehicle.turn_off(leg, make, lap_m)
         body, place = vehicle.bodies[0], leg.place
         out_m = vehicle.line_m + make.length_m
         vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
         self._know_way(vehicle)
-        for stretch in (change, leg.change):
+        for stretch in (before, leg.nears):
             self._recount(stretch)
         return by_m
 
@@ -360,7 +360,7 @@ class Holdings:
         place.line.append(vehicle)
         if vehicle.credits:
             enters(vehicle, place, self._slots_changed)
-        self._recount(vehicle.leg.change)
+        self._recount(vehicle.leg.nears)
         body = Body(vehicle, place, begins_m, vehicle.line_m + vehicle.make.length_m)
         self.take_slot(body, len(place.bodies))
         self.wake(place.line[0])
@@ -370,7 +370,7 @@ class Holdings:
         """Take a vehicle out of its line; wake vehicles that wait for this, and the line behind it."""
         place = vehicle.leg.place
         place.line.remove(vehicle)
-        self._recount(vehicle.leg.change)
+        self._recount(vehicle.leg.nears)
         self._wake_waiting(place)
         for number, other in enumerate(place.line):
             if other.asks:

@@ -145,10 +145,10 @@ class Place:
 
 
 class ChangeStretch:
-    """A stretch of an edge on which vehicles change lanes; others may stand there while nobody wants to.
+    """A stretch of an edge on which vehicles change lanes; others may stand there while none comes to do so.
 
-    `before`: the places from which vehicles come to change lanes. `behind`: the places after it. `wanted`:
-    whether a vehicle in the line of a place before it changes lanes on it.
+    `before`: the places from which vehicles come to change lanes, up to two places before it. `behind`: the
+    places after it. `wanted`: whether a vehicle in the line of a place before it will change lanes on it.
     """
 
     __slots__ = ("before", "behind", "wanted")
@@ -159,10 +159,10 @@ class ChangeStretch:
         self.wanted = False
 
     def is_wanted(self) -> bool:
-        """Return whether a vehicle before it changes lanes on it. O(vehicles before it)."""
+        """Return whether a vehicle before it will change lanes on it. O(vehicles before it)."""
         for place in self.before:
             for vehicle in place.line:
-                if vehicle.leg.change is self:
+                if vehicle.leg.nears is self:
                     return True
         return False
 
@@ -274,11 +274,12 @@ class Leg:
     vehicles are steered between the two; `guide_m`: how far after `end_m` the first stop is by which they are
     [m]. `stretch`: where it lies on the road, if there is ordinary traffic. `slot_m`: the length that a
     vehicle needs [m]. `change`: the stretch after it on which the vehicle changes lanes, if any.
+    `nears`: the same, or else that after the next leg.
     """
 
     __slots__ = (
-        "after", "begin_m", "change", "end_m", "guide_m", "guided", "inner", "number", "passes", "place",
-        "slot_m", "stretch",
+        "after", "begin_m", "change", "end_m", "guide_m", "guided", "inner", "nears", "number", "passes",
+        "place", "slot_m", "stretch",
     )  # fmt: skip
 
     def __init__(self, place: Place, number: int = 0, begin_m: float = 0.0, end_m: float = 0.0) -> None:
@@ -294,6 +295,7 @@ class Leg:
         self.stretch: RoadStretch | None = None
         self.slot_m = 0.0
         self.change: ChangeStretch | None = None
+        self.nears: ChangeStretch | None = None
 
     def is_quiet(self, now_s: float) -> bool:
         """Return whether no ordinary vehicle is on the crossing after the leg or beyond, or comes to it soon.
