@@ -1,13 +1,15 @@
 """Vehicles of several lengths, exhaustively: all that have a slot fit, and nobody is ever stuck."""
 
 from collections import Counter
+from collections.abc import Iterator
 
 import mixed_lengths
 import pytest
 from mixed_lengths import look
 
-from loopgate.control import credits  # noqa: A004  a topic of long vehicles
-from loopgate.control.places import Place
+from loopgate.control import circles, credits  # noqa: A004  a topic of long vehicles
+from loopgate.control.circles import Circles
+from loopgate.control.places import Leg, Place
 
 
 def seen(*, loops: bool = False) -> Counter[str]:
@@ -23,6 +25,8 @@ def test_all_fit_and_get_on(loops: bool) -> None:  # noqa: FBT001  a case
     assert found["systems"] > 8
     assert found["with more vehicles than the longest"] > 100
     assert found["places without room for two of the longest"] > 2
+    assert found["with vehicles on a stretch"] > 10
+    assert found["with metres not kept where there is no circle"] > 100
 
 
 def test_the_oracle_knows_metres_only() -> None:
@@ -35,15 +39,43 @@ def test_the_oracle_knows_metres_only() -> None:
 
 @pytest.mark.parametrize(
     ("broken", "wrong"),
-    [("limit of what is kept", "do not fit"), ("what is kept", "do not fit"), ("walk", "stuck")],
+    [
+        ("limit of what is kept", "do not fit"),
+        ("what is kept", "do not fit"),
+        ("walk", "stuck"),
+        ("circles", "stuck"),
+        ("new circles", "do not fit"),
+    ],
 )
 def test_each_rule_is_needed(broken: str, wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The limit in short places, the metres kept ahead, and the walk along full places when one comes."""
+    """The limit in short places, metres kept ahead, and circles of full places or of ways when one comes."""
     if broken == "limit of what is kept":
         monkeypatch.setattr(mixed_lengths, "Place", lambda *known: Place(*known[:4]))
     elif broken == "what is kept":
         monkeypatch.setattr(Place, "extra_m", lambda *_: 0.0)
+    elif broken == "circles":
+        monkeypatch.setattr(Circles, "_circled", lambda _: set())
+    elif broken == "new circles":
+        monkeypatch.setattr(Circles, "closed_by", lambda *_: [])
     else:
         monkeypatch.setattr(credits, "circle_from", lambda _: [])
         monkeypatch.setattr(credits, "closes_by_entering", lambda _: False)
     assert any(look([seed], loops=False, most=450)[wrong] for seed in range(60))
+
+
+@pytest.mark.parametrize("linked", [True, False])
+def test_who_changes_lanes_waits_for_both_lanes(linked: bool, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: FBT001  a case
+    """Three come over the stretch and stand on it; four change lanes there, from where the three drive to."""
+    ways = ((0, 2, 4),) * 3 + ((4, 0, 3),) * 4
+    vehicles = mixed_lengths.Vehicles(ways, (True,) * 7, (1,) * 7, (2,) * 5, (0, 1), (2, 3), 1)
+    if not linked:
+        monkeypatch.setattr(circles, "_next_of", _only_the_next)
+    every = mixed_lengths.Everything(vehicles, 2_000)
+    assert (every.whole, every.unfit(), every.stuck() > 0) == (True, 0, not linked)
+    assert every.stands_on_stretch > 0
+
+
+def _only_the_next(leg: Leg) -> Iterator[Place]:
+    """Yield the next place, and none beside it."""
+    if leg.after is not None:
+        yield leg.after.place

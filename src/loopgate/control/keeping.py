@@ -196,10 +196,10 @@ class Keeping:
     def _way_of(self, served: Vehicle) -> tuple[list[Place], Vehicle | None]:
         """Return the full places that a served vehicle waits for, from its own on, and its mover.
 
-        A place also counts as full if ordinary vehicles leave no space in it.
+        A place also counts as full if ordinary vehicles leave no space in it, or too little for a long mover.
         """
         places, mover = full_before(served), next_mover(served)
-        while mover is not None and self.is_too_full(mover):
+        while mover is not None and (self.is_too_full(mover) or _is_too_long(mover)):
             wanted = mover.wanted()
             if wanted is None or wanted in places or not wanted.line:
                 break
@@ -224,3 +224,9 @@ class Keeping:
                 if other is None or not other.mover:
                     movement.kept_for = mover
                     self._movements.append(movement)
+
+
+def _is_too_long(vehicle: Vehicle) -> bool:
+    """Return whether a vehicle finds no room in a place that has a free slot."""
+    wanted = vehicle.wanted()
+    return wanted is not None and not (wanted.is_full() or vehicle.finds_room(wanted))
