@@ -120,10 +120,12 @@ def _is_in(vehicle: Vehicle, place: Place) -> bool:
 def as_if_circled(places: list[Place], vehicles: Iterable[Vehicle], may: Callable[[], bool]) -> bool:
     """Return `may()` as it would be if these places lay in circles; False if they hold too much for that.
 
-    `vehicles`: all that keep extra metres.
+    True if there are none. `vehicles`: all that keep extra metres.
     """
+    if not places:
+        return True
     before = [(place, place.credit_m, place.slots) for place in places]
-    there = [vehicle for vehicle in vehicles if vehicle.credits] if places else []
+    there = [vehicle for vehicle in vehicles if vehicle.credits]
     fits = True
     for place in places:
         place.circled = True
