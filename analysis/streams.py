@@ -252,7 +252,7 @@ By kind of road and demand, in how many rows the gate is behind SUMO:"""
 
 
 def main() -> None:
-    """Run what is missing, print, and renew the page if asked to."""
+    """Run what is missing, print it beside the rows that are kept, and renew the page if asked to."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--draw", type=int, default=14, help="how many roundabouts are drawn")
     parser.add_argument("--drawn-by", type=int, default=1, help="the seed that draws them")
@@ -268,13 +268,14 @@ def main() -> None:
         write_section(section(pd.read_csv(KEPT)), SECTION)
         return
     given.out.mkdir(parents=True, exist_ok=True)
-    runs = simulate_all(given)
+    driven = simulate_all(given)
+    key = ["group", "kind", "times", "rule", "seed"]
+    every = in_place_of(pd.read_csv(KEPT), driven, key) if KEPT.exists() else driven
+    runs = every[every["kind"].isin(driven["kind"])]
     console = Console(highlight=False, width=230)
     for table in (behind(runs), by_kind(runs)):
         console.print(frame_table(table, {name: str(name) for name in table.columns}, title="SUMO, gate"))
     if given.write:
-        key = ["group", "kind", "times", "rule", "seed"]
-        every = in_place_of(pd.read_csv(KEPT), runs, key) if KEPT.exists() else runs
         every.to_csv(KEPT, index=False)
         write_section(section(every), SECTION)
 
