@@ -70,6 +70,11 @@ _CUT = 0.03
 edge for all, and those that change share what all lose. Without this, few vehicles cut many edges: RESCO's
 `ingolstadt7` with lights obeyed loses 230 s in place of 106 s. With 0.01 to 0.03 it loses the same."""
 
+_ROOMY = 1.5
+"""An edge is short for a change up to so many times the shortest edge with places before it and after it. The
+cost `_CUT` grows with the square of what is missing: places of two slots pass vehicles slowly. Without this,
+377 of 598 vehicles get round a ring of six arms with edges of 45 m, in place of 547."""
+
 _ANY: Mapping[str, int] = {}
 
 
@@ -232,12 +237,12 @@ class RouteChoices:
         most = max(1, load.most)
         for edge, layer in zip(edges, layers, strict=True):
             length_m = network.edges[edge].length_m
-            short, joined = length_m < shortest.change_m, length_m < shortest.apart_m
+            short, taken = length_m < shortest.change_m, shortest.apart_m / length_m
             lane = wishes.stop.get(edge, -1)
             for enter, steps in layer.items():
                 weighed: list[tuple[Cost, LaneStep]] = []
                 for cost, step in steps:
-                    own = _once(network, cost, step, load.of, most, short=short, joined=joined)
+                    own = _once(network, cost, step, load.of, most, taken, short=short)
                     if lane >= 0:
                         own = own[0], own[1] + _BESIDE * ((enter != lane) + (step.onward.from_lane != lane))
                     if layer is layers[-1] and wishes.arrive not in (None, enter):
@@ -263,21 +268,25 @@ def _once(
     step: LaneStep,
     load: Mapping[str, int],
     most: int,
+    taken: float,
     *,
     short: bool,
-    joined: bool,
 ) -> Cost:
-    """Return the cost of passing an edge for a vehicle that drives once, the part to avoid most first."""
+    """Return the cost of passing an edge for a vehicle that drives once, the part to avoid most first.
+
+    `taken`: the shortest edge with places before and after a change, as a share of this edge. `short`:
+    whether it is too short to change lanes.
+    """
     onward, lanes = step.onward, network.edges[step.onward.from_edge].lanes
     two_way, changes = divmod(cost[0], TWO_WAY_LANES)
     lane = lanes[onward.from_lane].id
     entered, left = load.get(lanes[step.enter].id, 0), load.get(lane, 0)
     elsewhere = left - load.get(f"{lane}>{onward.to_edge}", 0) if onward.to_edge else 0
-    worth = changes * (_CHANGE * changes + _JOINED * joined) + _HURRY * cost[1]
+    worth = changes * (_CHANGE * changes + _JOINED * (taken > 1.0)) + _HURRY * cost[1]
     worth += _ELSEWHERE * elsewhere / most
     if changes:
         users = sum(load.get(one.id, 0) for one in lanes)
-        worth += _CUT * users / (1 + load.get(change_on(onward.from_edge), 0))
+        worth += _CUT * max(1.0, _ROOMY * taken) ** 2 * users / (1 + load.get(change_on(onward.from_edge), 0))
     worst = two_way + TWO_WAY_LANES * changes * short
     full = max(entered, left) / most
     return TWO_WAY_LANES * worst, worth + _BUSY * full + _CROWD * full**4
