@@ -212,7 +212,7 @@ _NARROW_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A part of an edge, over all its lanes, that vehicles cross without waiting."""
+    """A part of an edge, over all its lanes, that is kept clear while vehicles come to change lanes there."""
 
     edge: str
     begin_m: float
