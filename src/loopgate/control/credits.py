@@ -97,7 +97,7 @@ def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
     ahead = visits(vehicle.leg)
     vehicle.credits = {place: times for place, times in ahead.items() if place.extra_m(needed_m) > 0.0}
     for place in vehicle.credits:
-        if place.circled or place is vehicle.leg.place or _is_in(vehicle, place):
+        if place.circled or _is_in(vehicle, place):
             vehicle.kept[place] = place.extra_m(needed_m)
             if place not in before:
                 _add(place, vehicle.kept[place], changed)
@@ -114,7 +114,8 @@ def enters(vehicle: Vehicle, place: Place, changed: Callable[[Place], None]) -> 
 
 
 def _is_in(vehicle: Vehicle, place: Place) -> bool:
-    return any(body.place is place for body in vehicle.bodies)
+    """Return whether a vehicle is in a place, also with its rear only, or parked beside it."""
+    return vehicle.leg.place is place or any(body.place is place for body in vehicle.bodies)
 
 
 def as_if_circled(places: list[Place], vehicles: Iterable[Vehicle], may: Callable[[], bool]) -> bool:

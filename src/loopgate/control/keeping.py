@@ -61,9 +61,12 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
         leaves = wanted.mover.takes_in(wanted) + (len(here.line) < here.slots)
         if wanted.barred or free < vehicle.takes_in(wanted) + leaves:
             return _SERVICE
-    other = wanted.kept_for
-    is_kept = other is not None and other is not vehicle and wanted.mover is not vehicle
-    if is_kept and other is not None and free < vehicle.takes_in(wanted) + other.takes_in(wanted):
+    other = None if wanted.mover is vehicle else wanted.kept_for
+    if (
+        other is not None
+        and other is not vehicle
+        and free < vehicle.takes_in(wanted) + other.takes_in(wanted)
+    ):
         return _OCCUPIED
     for over in vehicle.leg.passes:
         other = over.movement.kept_for

@@ -198,7 +198,7 @@ class Holdings:
         vehicle.bodies[0] = place.bodies[place.bodies.index(body)] = Body(vehicle, place, leg.begin_m, out_m)
         self._know_way(vehicle)
         for stretch in (before, leg.nears):
-            self._recount(stretch)
+            self.note_changes(stretch)
         return by_m
 
     def _know_way(self, vehicle: Vehicle) -> None:
@@ -208,7 +208,7 @@ class Holdings:
             self.circles.comes(vehicle)
         keep(vehicle, self._slots_changed)
 
-    def _recount(self, stretch: ChangeStretch | None) -> None:
+    def note_changes(self, stretch: ChangeStretch | None) -> None:
         """Note whether vehicles want to change lanes on a stretch: then no other vehicle may stand there."""
         if stretch is not None and stretch.wanted != stretch.is_wanted():
             stretch.wanted = not stretch.wanted
@@ -360,7 +360,7 @@ class Holdings:
         place.line.append(vehicle)
         if vehicle.credits:
             enters(vehicle, place, self._slots_changed)
-        self._recount(vehicle.leg.nears)
+        self.note_changes(vehicle.leg.nears)
         body = Body(vehicle, place, begins_m, vehicle.line_m + vehicle.make.length_m)
         self.take_slot(body, len(place.bodies))
         self.wake(place.line[0])
@@ -370,7 +370,7 @@ class Holdings:
         """Take a vehicle out of its line; wake vehicles that wait for this, and the line behind it."""
         place = vehicle.leg.place
         place.line.remove(vehicle)
-        self._recount(vehicle.leg.nears)
+        self.note_changes(vehicle.leg.nears)
         self._wake_waiting(place)
         for number, other in enumerate(place.line):
             if other.asks:

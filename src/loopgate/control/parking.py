@@ -131,6 +131,7 @@ def come_back(ledger: Ledger, vehicle: Vehicle) -> None:
     begin_m = vehicle.line_m - leg.end_m + leg.begin_m
     ledger.take_slot(Body(vehicle, place, begin_m, vehicle.line_m + vehicle.make.length_m), _rank(vehicle))
     line_up(ledger, vehicle)
+    ledger.note_changes(leg.nears)
     ledger.wake(place.line[0])  # its place is fuller
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from loopgate.control.circles import Circles
 from loopgate.control.ledger import Ledger
+from loopgate.control.parking import come_back
 from loopgate.control.places import ChangeStretch, Leg, Make, Place, Vehicle, path_of
 from loopgate.control.rules import usual
 
@@ -48,6 +49,22 @@ def test_a_long_vehicle_keeps_metres_only_where_it_is_if_there_is_no_circle() ->
     assert ledger.why_not(bus) == ""
     ledger.grant(bus)
     assert b.slots == 5
+
+
+def test_a_long_vehicle_keeps_its_metres_while_it_is_parked() -> None:
+    """It comes back into its place without asking for them, also if the place lies in no circle any more."""
+    a, b, away = place("a"), place("b"), Place("away", 9)
+    ledger = ledger_of(a, b)
+    (bus,) = put(ledger, path_of([a, b, away], closed=False), 1, BUS)
+    back = put(ledger, path_of([b, a, away], closed=False), 2)
+    put(ledger, path_of([a, b, away], closed=False), 1)
+    ledger.answer()
+    assert (a.circled, a.slots) == (True, 5)
+    assert ledger.step_aside(bus)
+    for car in back:
+        ledger.leave(car)
+    ledger.answer(100.0)
+    assert (a.circled, a.slots) == (False, 5)
 
 
 def test_a_way_that_closes_a_circle_waits_until_there_is_room_for_it() -> None:
@@ -97,6 +114,11 @@ def test_vehicles_stand_on_a_stretch_while_nobody_comes_to_change_lanes() -> Non
     turns = path_of([before[0], behind[1], away], closed=False)
     turns[0].change = turns[0].nears = stretch
     (changes,) = put(ledger, turns, 1)
+    assert [one.slots for one in behind] == [3, 3]
+    assert ledger.step_aside(changes)
+    assert [one.slots for one in behind] == [6, 6]
+    come_back(ledger, changes)
+    changes.beside = False
     assert [one.slots for one in behind] == [3, 3]
     ledger.ask(changes)
     assert ledger.answer()[0] is changes
