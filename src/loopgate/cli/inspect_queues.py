@@ -26,11 +26,12 @@ from loopgate.cli.tables import console, print_table
 from loopgate.cli.terminal import print_json
 from loopgate.errors import ScenarioError
 from loopgate.model import write_system
-from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleType
+from loopgate.network import Loop, RoadNetwork, RoutesFile, VehicleDemand, VehicleType
 from loopgate.network.coverage import Coverage, measure_coverage
 from loopgate.network.ungated import in_ordinary_traffic
 from loopgate.reading import counted, listed
 from loopgate.simulation.demand.apart import of_no_safe_type
+from loopgate.simulation.demand.shared_lanes import share_lanes
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -99,7 +100,7 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
     types = file.robot_types()
     if wanted.vehicle_length_m is not None:
         types = [replace(kind, length_m=wanted.vehicle_length_m) for kind in types]
-    found = survey_queues(roads, list(zip(loops, types, strict=True)))
+    loops, found = _on_shared_lanes(roads, file, names, loops, types)
     placed, problem = None, None
     if found.refused:
         problem = _refusal(file, found)
@@ -119,6 +120,33 @@ def _look(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> _Seen:
         placed,
         problem,
     )
+
+
+def _on_shared_lanes(
+    roads: RoadNetwork,
+    file: RoutesFile,
+    names: Sequence[str],
+    loops: Sequence[Loop],
+    types: Sequence[VehicleType],
+) -> tuple[list[Loop], QueueSurvey]:
+    """Return the loops on the lanes that they get in a run, and what is found of them as queues.
+
+    A loop that cannot be cut there keeps the lanes on which it is read.
+    """
+    stops, keeping = {vehicle.id: vehicle.stops for vehicle in file.vehicles}, set[str]()
+    on_loops = [
+        VehicleDemand(name, loop, kind, stops=stops.get(name, file.stops.get(loop.id, ())))
+        for name, loop, kind in zip(names, loops, types, strict=True)
+        if loop.closed
+    ]
+    while True:
+        shared = {v.loop.id: v.loop for v in share_lanes(roads, on_loops, keeping)}
+        driven = [shared.get(loop.id, loop) for loop in loops]
+        found = survey_queues(roads, list(zip(driven, types, strict=True)))
+        refused = {refusal.loop.id for refusal in found.refused if refusal.loop.closed} - keeping
+        if not refused:
+            return driven, found
+        keeping |= refused
 
 
 def _later(file: RoutesFile, count: int) -> list[bool]:

@@ -49,7 +49,7 @@ def may_enter(leg: Leg, needed_m: float, held: Mapping[Place, float]) -> bool:
 
 def may_turn(vehicle: Vehicle, leg: Leg) -> bool:
     """Return whether a vehicle in a place may change to another path at `leg`, and no circle closes."""
-    needed_m = vehicle.make.length_m + vehicle.make.gap_m
+    needed_m = vehicle.make.needed_m
     return _may_keep(leg, needed_m, vehicle.kept, 0, lambda: closes_by_turning(vehicle, leg))
 
 
@@ -92,7 +92,7 @@ def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
 
     `changed`: called with each place whose number of slots changes.
     """
-    needed_m = vehicle.make.length_m + vehicle.make.gap_m
+    needed_m = vehicle.make.needed_m
     before, vehicle.kept = vehicle.kept, {}
     ahead = visits(vehicle.leg)
     vehicle.credits = {place: times for place, times in ahead.items() if place.extra_m(needed_m) > 0.0}
@@ -109,7 +109,7 @@ def keep(vehicle: Vehicle, changed: Callable[[Place], None]) -> None:
 def enters(vehicle: Vehicle, place: Place, changed: Callable[[Place], None]) -> None:
     """Keep the extra metres of a vehicle in a place from now on."""
     if place in vehicle.credits and place not in vehicle.kept:
-        vehicle.kept[place] = place.extra_m(vehicle.make.length_m + vehicle.make.gap_m)
+        vehicle.kept[place] = place.extra_m(vehicle.make.needed_m)
         _add(place, vehicle.kept[place], changed)
 
 
@@ -132,7 +132,7 @@ def as_if_circled(places: list[Place], vehicles: Iterable[Vehicle], may: Callabl
         place.circled = True
         for one in there:
             if place in one.credits and place not in one.kept:
-                place.credit_m += place.extra_m(one.make.length_m + one.make.gap_m)
+                place.credit_m += place.extra_m(one.make.needed_m)
         place.slots = place.slots_with(place.credit_m)
         fits = fits and len(place.bodies) <= place.slots
         fits = fits and place.credit_m <= place.most_kept_m + _ROUNDING_M

@@ -399,9 +399,9 @@ class Make:
     """Properties of a vehicle: length [m], acceleration and deceleration [m/s2], top speed [m/s].
 
     `haste`: its speed factor, at least 1; 1.2 is 20 % over the limits. `gap_m`: its gap to a vehicle ahead
-    when it stands [m]. `foreseen`: whether the time at which it clears a crossing can be predicted.
-    `brakes_late`: whether its driver may brake later than SUMO's default. `stops_m`: braking distance from
-    top speed, in steps of a second [m].
+    when it stands, `needed_m`: both [m]. `foreseen`: whether the time at which it clears a crossing can be
+    predicted. `brakes_late`: whether its driver may brake later than SUMO's default. `stops_m`: braking
+    distance from top speed, in steps of a second [m].
 
     For such predictions: `pace`: its speed factor. `own_top`: its top speed whatever the limits [m/s].
     `dawdles`: the share of its acceleration that its driver may leave unused, SUMO's sigma. From these follow
@@ -419,6 +419,7 @@ class Make:
         "gap_m",
         "haste",
         "length_m",
+        "needed_m",
         "own_top",
         "pace",
         "stops_m",
@@ -446,6 +447,7 @@ class Make:
         self.foreseen: Final = foreseen and dawdles < 1.0
         self.gap_m: Final = gap_m
         self.length_m: Final = length_m
+        self.needed_m: Final = length_m + gap_m
         self.accel: Final = accel
         self.decel: Final = decel
         self.top: Final = top
@@ -578,7 +580,7 @@ class Vehicle:
         """Return how many slots fewer are free in a place once it has come: 1, more if it is long."""
         if place not in self.credits or place in self.kept:
             return 1
-        credit_m = place.credit_m + place.extra_m(self.make.length_m + self.make.gap_m)
+        credit_m = place.credit_m + place.extra_m(self.make.needed_m)
         if credit_m > place.most_kept_m + _ROUNDING:
             return place.slots + 1
         return 1 + place.slots - place.slots_with(credit_m)

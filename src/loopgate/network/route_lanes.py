@@ -1,4 +1,4 @@
-"""Chooses the lanes of vehicles on routes that they drive once."""
+"""Chooses lanes that share the traffic, for routes that vehicles drive once and for loops."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -96,24 +96,24 @@ class Load:
         self._having = Counter(self.of.values())
         self.most = max(self.of.values(), default=0)
 
-    def add(self, names: Iterable[str]) -> None:
-        """Add one vehicle to each of these."""
+    def add(self, names: Iterable[str], vehicles: int = 1) -> None:
+        """Add vehicles to each of these."""
         of, having = self.of, self._having
         for name in names:
             number = of.get(name, 0)
-            of[name] = number + 1
+            of[name] = number + vehicles
             having[number] -= 1
-            having[number + 1] += 1
-            self.most = max(self.most, number + 1)
+            having[number + vehicles] += 1
+            self.most = max(self.most, number + vehicles)
 
-    def take(self, names: Iterable[str]) -> None:
-        """Take one vehicle away from each of these, which have one."""
+    def take(self, names: Iterable[str], vehicles: int = 1) -> None:
+        """Take vehicles away from each of these, which have as many."""
         of, having = self.of, self._having
         for name in names:
             number = of[name]
-            of[name] = number - 1
+            of[name] = number - vehicles
             having[number] -= 1
-            having[number - 1] += 1
+            having[number - vehicles] += 1
             while self.most and not having[self.most]:
                 self.most -= 1
 
@@ -189,10 +189,10 @@ class RouteChoices:
 
     def __init__(self, network: RoadNetwork) -> None:
         self._network = network
-        self._layers: dict[tuple[tuple[str, ...], str], list[Layer]] = {}
+        self._layers: dict[tuple[tuple[str, ...], str, bool], list[Layer]] = {}
         self._spans: dict[tuple[LaneStep, ...], tuple[LaneSpan, ...]] = {}
-        self._unasked: dict[tuple[tuple[str, ...], str, Shortest], Loop] = {}
-        """Routes by edges, class and shortest edges, for vehicles without wishes on empty lanes."""
+        self._unasked: dict[tuple[tuple[str, ...], str, Shortest, bool], Loop] = {}
+        """Routes as asked for, for vehicles without wishes on empty lanes."""
 
     def make(
         self,
@@ -204,13 +204,14 @@ class RouteChoices:
         load: Load = _NOBODY,
         shortest: Shortest = _OF_CARS,
         wishes: LaneWishes = _NO_WISHES,
+        closed: bool = False,
     ) -> Loop:
-        """Make a route with chosen lanes: see `make_route`."""
-        asked = tuple(edges), vclass, shortest
+        """Make a route with chosen lanes: see `make_route`. `closed`: whether its end leads to its begin."""
+        asked = tuple(edges), vclass, shortest, closed
         unasked = not load.of and wishes == _NO_WISHES
         if unasked and asked in self._unasked:
             return replace(self._unasked[asked], id=name)
-        found = self._choose(name, edges, vclass, source, load, shortest, wishes)
+        found = self._choose(name, edges, vclass, source, load, shortest, wishes, closed=closed)
         if unasked:
             self._unasked[asked] = found
         return found
@@ -224,14 +225,16 @@ class RouteChoices:
         load: Load,
         shortest: Shortest,
         wishes: LaneWishes,
+        *,
+        closed: bool,
     ) -> Loop:
         network, what = self._network, f"{source}: route {name}" if source else f"route {name}"
-        key = tuple(edges), vclass
+        key = tuple(edges), vclass, closed
         if key not in self._layers:
-            check_route(network, edges, vclass=vclass, what=what, closed=False)
-            self._layers[key] = find_layers(network, edges, vclass, closed=False)
+            check_route(network, edges, vclass=vclass, what=what, closed=closed)
+            self._layers[key] = find_layers(network, edges, vclass, closed=closed)
         layers = [dict(layer) for layer in self._layers[key]]
-        if layers and wishes.stop.get(edges[-1], -1) >= 0:  # it changes lanes for its stop
+        if layers and not closed and wishes.stop.get(edges[-1], -1) >= 0:  # it changes lanes for its stop
             lanes = network.edges[edges[-1]].lanes
             layers[-1] = arriving_on(lanes, wishes.stop[edges[-1]], vclass) or layers[-1]
         most = max(1, load.most)
@@ -249,17 +252,37 @@ class RouteChoices:
                         own = own[0], own[1] + _WISH
                     weighed.append((own, step))
                 layer[enter] = weighed
-        costs = find_costs(layers, layers[-1] if layers else ())
-        ahead = costs[0]
-        if not ahead:
+        first, costs = _best_round(layers) if closed else _best_way(layers, wishes)
+        if first is None:
             msg = f"{what}: no lanes open to {vclass} lead all the way, though its edges are connected"
             raise RouteError(msg)
-        first = min(ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane))
         way = tuple(follow(layers, costs, first))
         if way not in self._spans:
             self._spans[way] = make_spans(network, way, [[step] for step in way])
-        movements = [step.onward for step in way]
-        return Loop(name, tuple(edges), self._spans[way], tuple(movements[:-1]), closed=False)
+        movements = tuple(step.onward for step in way)
+        return Loop(
+            name, tuple(edges), self._spans[way], movements if closed else movements[:-1], closed=closed
+        )
+
+
+_Found = tuple[int | None, list[dict[int, Cost]]]
+"""The first lane, None if no lanes lead all the way; and for each edge the costs from each lane entered."""
+
+
+def _best_way(layers: Sequence[Layer], wishes: LaneWishes) -> _Found:
+    costs = find_costs(layers, layers[-1] if layers else ())
+    ahead = costs[0]
+    return min(
+        ahead, key=lambda lane: (wishes.depart not in (None, lane), ahead[lane], lane), default=None
+    ), costs
+
+
+def _best_round(layers: Sequence[Layer]) -> _Found:
+    """Return the best first lane to which the way leads back."""
+    rounds = {lane: find_costs(layers, (lane,)) for lane in layers[0]}
+    back = {lane: costs[0][lane] for lane, costs in rounds.items() if lane in costs[0]}
+    first = min(back, key=lambda lane: (back[lane], lane), default=None)
+    return first, [] if first is None else rounds[first]
 
 
 def _once(

@@ -12,7 +12,7 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.cache import without_collection
 from loopgate.control.start import VehicleStart
-from loopgate.errors import ScenarioError, TooManyVehiclesError
+from loopgate.errors import RefusedLoopError, ScenarioError, TooManyVehiclesError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.incidents import Incidents, read_incidents
@@ -36,12 +36,11 @@ from loopgate.simulation.demand.apart import (
     going_on,
     moved_stops,
     nobody_gated,
-    share_lanes,
     sort_out,
-    wanted_lane,
 )
 from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_closed_stops, name_long_stops
 from loopgate.simulation.demand.other_lanes import OtherLanes
+from loopgate.simulation.demand.shared_lanes import share_lanes, wanted_lane
 from loopgate.simulation.drivers import advised_type, driven_by_machines
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import (
@@ -185,8 +184,20 @@ def assemble(scenario: Scenario) -> Assembly:
     LoopgateError
         If any part does not fit; the text says which.
     """
-    network = RoadNetwork.open(scenario.network)
-    everybody, warnings, file = read_vehicles(scenario, network)
+    network, keeping = RoadNetwork.open(scenario.network), set[str]()
+    while True:
+        try:
+            return _assemble(scenario, network, keeping)
+        except RefusedLoopError as error:  # perhaps only over the lanes that were chosen
+            refused = error.refused.keys() - keeping
+            if keeping and not refused:
+                return _assemble(scenario, network, None)
+            keeping |= refused
+
+
+def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str] | None) -> Assembly:
+    """Return the parts of a run; `keeping`: see `read_vehicles`."""
+    everybody, warnings, file = read_vehicles(scenario, network, keeping)
     sorted_out = sort_out(scenario, network, everybody, file)
     everybody, ordinary, others = sorted_out.everybody, sorted_out.ordinary, sorted_out.others
     vehicles, later, anew, apart = sorted_out.vehicles, sorted_out.later, sorted_out.anew, sorted_out.apart
@@ -282,13 +293,16 @@ def _incidents(
 
 
 def read_vehicles(
-    scenario: Scenario, network: RoadNetwork
+    scenario: Scenario, network: RoadNetwork, keeping: Collection[str] | None = ()
 ) -> tuple[list[VehicleDemand], tuple[str, ...], RoutesFile | None]:
     """Return the vehicles, warnings, and the route file if there is one.
 
     If the scenario asks for a number of vehicles, the file only gives their loops.
+
+    `keeping`: loops that do not share lanes with others, by name; None for all.
     """
     vehicles, warnings, file = _read_vehicles(scenario, network)
+    vehicles = share_lanes(network, vehicles, keeping if scenario.abstraction == "queues" else None)
     if scenario.drivers == "machine":
         vehicles = driven_by_machines(vehicles, scenario.step_s)
     return vehicles, warnings, file
@@ -323,7 +337,7 @@ def _read_vehicles(
             *_outside(scenario, file, begin_s, end_s),
             *_no_such_lane(network, file, mine),
         )
-        return share_lanes(network, mine), told, file
+        return mine, told, file
     stopping = [
         replace(v, stops=tuple(s.at(begins_s(scenario)) for s in file.stops.get(v.loop.id, ())))
         for v in give_loops(scenario, network, file)

@@ -1,4 +1,4 @@
-"""Separates gated vehicles from vehicles that no gate can drive, and shares lanes among trips.
+"""Separates gated vehicles from vehicles that no gate can drive.
 
 A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that no gate can drive is refused.
 """
@@ -6,24 +6,24 @@ A vehicle that no gate can drive becomes ordinary traffic. A type on a loop that
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from random import Random
 
 from loopgate.abstraction.itinerary import Abstraction, Itinerary
-from loopgate.abstraction.movements import least_apart_m, least_change_m, narrow_lanes, reach_m
+from loopgate.abstraction.movements import narrow_lanes, reach_m
 from loopgate.abstraction.queue_layout import lay_out_queues, why_not
 from loopgate.abstraction.stopping import fit_stops, move_stops
 from loopgate.errors import LoopRefusal, NobodyGatedError, RefusedLoopError, RouteError, ScenarioError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
-from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortest, change_on, make_route
-from loopgate.network.stops import Stop, lanes_of_stops, on_loop
+from loopgate.network.route_lanes import LaneWishes, RouteChoices, make_route
+from loopgate.network.stops import Stop, on_loop
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import ways_between
 from loopgate.network.ungated import UngatedFleet, by_kind
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.reading import counted, is_file, listed, read_words, refusing, shown
 from loopgate.simulation.demand.allotment import by_departure, evenly_round
+from loopgate.simulation.demand.shared_lanes import shortest_of
 from loopgate.simulation.drivers import type_name
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.settings import highest_limits, why_ignoring, why_unsafe
@@ -75,43 +75,6 @@ def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
     return asked
 
 
-def share_lanes(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
-    """Choose lanes for trips so that parallel lanes share the traffic, in order of departure.
-
-    Each trip gets its lanes twice; the second time, the lanes of all other trips are known. Vehicles over the
-    same lanes share one path.
-    """
-    load = Load()
-    led = {v.id: v.loop for v in vehicles if not v.loop.closed}
-    used: dict[str, tuple[str, ...]] = {}
-    alone: dict[tuple[tuple[str, ...], str], Loop] = {}  # where there are no lanes to choose between
-    choices = RouteChoices(network)
-    for vehicle in 2 * sorted((v for v in vehicles if v.id in led), key=lambda v: v.depart_s):
-        kind, said = vehicle.type, vehicle.attributes
-        edges = vehicle.loop.edges
-        load.take(used.get(vehicle.id, ()))
-        way = alone.get((edges, kind.vclass)) or choices.make(
-            vehicle.loop.id,
-            edges,
-            vclass=kind.vclass,
-            load=load,
-            shortest=_shortest(kind),
-            wishes=LaneWishes(
-                wanted_lane(vehicle), _index(said.get("arrivalLane")), lanes_of_stops(vehicle.stops)
-            ),
-        )
-        if all(len(network.edges[edge].lanes) == 1 for edge in edges):
-            alone[edges, kind.vclass] = way
-        led[vehicle.id], used[vehicle.id] = way, tuple(_counted(way))
-        load.add(used[vehicle.id])
-    ways: dict[tuple[object, ...], Loop] = {}
-    found = {vehicle.id: vehicle for vehicle in vehicles}
-    for name, way in led.items():
-        key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
-        found[name] = led_over(found[name], ways.setdefault(key, replace(way, id=f"way{len(ways)}")))
-    return list(found.values())
-
-
 _SOONER = 0.8
 """No vehicle drives an edge in less than this share of the time at the speed limit: speed factors vary."""
 
@@ -142,28 +105,6 @@ def going_on(
     return found
 
 
-def wanted_lane(vehicle: VehicleDemand) -> int | None:
-    """Return the index of the lane on which its file wants a vehicle to depart; None for any."""
-    return _index(vehicle.attributes.get("departLane"))
-
-
-def led_over(vehicle: VehicleDemand, way: Loop) -> VehicleDemand:
-    """Return a vehicle that drives its edges on other lanes."""
-    begin_m, before_m = (one.roads[vehicle.edge].begin_m for one in (way, vehicle.loop))
-    depart_m = None if vehicle.depart_m is None else vehicle.depart_m - before_m + begin_m
-    return replace(vehicle, loop=way, depart_m=depart_m, stops=on_loop(way, vehicle.stops, vehicle.id))
-
-
-def _counted(way: Loop) -> Iterator[str]:
-    """Yield what a vehicle loads: the lanes that it leaves, its movements from them, its changes of lanes."""
-    for span in way.roads:
-        yield span.lane_id
-        if span.lane_in != span.lane:
-            yield change_on(span.edge)
-    for span, after in pairwise(way.roads):
-        yield f"{span.lane_id}>{after.edge}"
-
-
 def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) -> list[VehicleDemand]:
     """Return a nameless vehicle on each further path between the ends of trips that may be rerouted.
 
@@ -174,7 +115,7 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) ->
     known = {(v.loop.edges, v.loop.spans[0].lane, v.type) for v in vehicles}
     found: list[VehicleDemand] = []
     for v in vehicles:
-        lane, shortest = v.loop.spans[0].lane, _shortest(v.type)
+        lane, shortest = v.loop.spans[0].lane, shortest_of(v.type)
         for edges in ways[asked[v.id]]:
             if (edges, lane, v.type) in known:
                 continue
@@ -184,15 +125,6 @@ def _find_other_ways(network: RoadNetwork, vehicles: Sequence[VehicleDemand]) ->
                 way = make_route(network, name, edges, vclass=v.type.vclass, shortest=shortest, wishes=wishes)
                 found.append(VehicleDemand("", way, v.type))
     return found
-
-
-def _shortest(kind: VehicleType) -> Shortest:
-    """Return the shortest edges on which vehicles of a type change lanes."""
-    return Shortest(least_change_m(kind.needed_m), least_apart_m(kind.needed_m))
-
-
-def _index(text: str | None) -> int | None:
-    return int(text) if text and text.isdecimal() else None
 
 
 def fit_in(

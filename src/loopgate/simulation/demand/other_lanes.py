@@ -9,7 +9,7 @@ from loopgate.abstraction.itinerary import Itinerary, Track
 from loopgate.control.start import VehicleStart
 from loopgate.network import VehicleDemand
 from loopgate.simulation.demand.allotment import departs_in_place
-from loopgate.simulation.demand.apart import led_over, wanted_lane
+from loopgate.simulation.demand.shared_lanes import led_over, wanted_lane
 
 
 class OtherLanes:
