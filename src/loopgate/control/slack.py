@@ -18,7 +18,7 @@ from loopgate.control.roads import Other, RoadEdge, RoadLane, RoadStretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5
-"""One slot in five of a place is kept for ordinary vehicles, at least one if the place has three slots."""
+"""One slot in five of a place is kept where ordinary vehicles come or are, at least one of three."""
 
 _GAP_M: Final = 2.5
 """Gap that a standing vehicle keeps to the vehicle ahead: SUMO's default [m]."""
@@ -127,7 +127,8 @@ class Slack:
             free = min(float(place.slots - len(place.line)), fit(stretch, place.line, length_m))
             if place is entered:
                 free -= 1.0
-                crowded = not moves_first and free < (place.slots + 2) // _SHARE
+                expected = bool(stretch.lane.edge.coming) or _taken_m(stretch) > 0.0
+                crowded = expected and not moves_first and free < (place.slots + 2) // _SHARE
             holes += max(0.0, free)
             circle[place] = None
             first = place.line[0] if place.line else None

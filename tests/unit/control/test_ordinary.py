@@ -155,7 +155,8 @@ def test_ordinary_vehicles_take_slots_and_a_slot_in_five_is_theirs() -> None:
         scene.put("next", 100.0 - 7.5 * number)
     assert scene.is_refused()
     scene = Scene(slots=5)
-    scene.put("side", 0.0)
+    coming = scene.put("side", 0.0)
+    scene.lanes["next"].edge.coming[coming] = None
     held = [scene.ledger.take_in(f"v{number}", scene.path, 1, CAR, 220.0) for number in range(3)]
     assert not scene.is_refused()  # their first wants `here`, where the vehicle comes from
     for vehicle in held:
@@ -163,6 +164,8 @@ def test_ordinary_vehicles_take_slots_and_a_slot_in_five_is_theirs() -> None:
     assert not scene.is_refused()
     scene.ledger.take_in("v3", scene.path, 1, CAR, 220.0)
     assert scene.is_refused()
+    scene.lanes["next"].edge.coming.clear()  # it goes elsewhere
+    assert not scene.is_refused()
 
 
 def under_way(scene: Scene, now_s: float = 1.0) -> Vehicle:
@@ -256,7 +259,7 @@ def test_a_vehicle_waits_for_anybody_where_a_circle_has_no_room_for_ordinary_one
     for number in range(4):
         held = scene.ledger.take_in(f"v{number}", scene.path, 1, CAR, 220.0)
         held.leg = SimpleNamespace(after=None, place=scene.path[1].place, passes=[], stretch=None)  # type: ignore[assignment]
-    scene.put("side", 0.0)
+    scene.lanes["next"].edge.coming[scene.put("side", 0.0)] = None
     assert waits_for(scene) == [["v0", "v1", "v2", "v3"]]
     scene.car.asks = False
     assert outside(scene.car, scene.slack, scene.ledger.vehicles.values()) == []

@@ -145,17 +145,24 @@ def test_there_is_room_for_vehicles_that_are_about_to_come() -> None:
 
 
 def test_a_share_of_a_place_stays_free() -> None:
-    """The last of three slots, where no circle goes on."""
+    """The last of three slots, where no circle goes on, if an ordinary vehicle comes there."""
     ring = Ring(a=2, b=0, c=0)
+    ring.put("o", "street", 3.0, "elsewhere")
+    assert not ring.tight()
+    ring.put("o", "street", 3.0, "a")
     assert ring.tight()
     assert not ring.tight(must_move=True)
-    assert not Ring(a=1, b=0, c=0).tight()
+    ring = Ring(a=1, b=0, c=0)
+    ring.put("o", "street", 3.0, "a")
+    assert not ring.tight()
 
 
 def test_a_vehicle_that_arrives_is_in_no_other_ones_way() -> None:
     """Behind its last line is room for all there are, and no ordinary vehicle on its lane takes any of it."""
-    assert Ring(a=2, b=0, c=0).tight()
-    ring = Ring(a=2, b=0, c=0, away="a")
+    for away in ("", "a"):
+        ring = Ring(a=2, b=0, c=0, away=away)
+        ring.put("o", "street", 3.0, "a")
+        assert ring.tight() is not bool(away)
     ring.put("o", "a", 10.0)
     assert not ring.tight()
 
