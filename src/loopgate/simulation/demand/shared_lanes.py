@@ -31,7 +31,9 @@ def share_lanes(
     """
     load, choices = Load(), RouteChoices(network)
     loops = _share_among_loops(network, vehicles, keeping, load, choices)
-    found = {v.id: led_over(v, loops[v.loop.id]) if v.loop.closed else v for v in vehicles}
+    found = {
+        v.id: led_over(v, way) if (way := loops.get(v.loop.id, v.loop)) is not v.loop else v for v in vehicles
+    }
     ways: dict[tuple[object, ...], Loop] = {}
     for name, way in _share_among_trips(network, vehicles, load, choices).items():
         key = way.edges, tuple((span.lane_in, span.lane) for span in way.roads)
@@ -60,7 +62,9 @@ def _share_among_loops(
     for name in 2 * list(users):
         loop, some = found[name], users[name]
         load.take(used.get(name, ()), times[name])
-        if keeping is not None and name not in keeping and _has_choice(network, loop):
+        of_one_class = len({v.type.vclass for v in some}) == 1  # some lanes may be closed to others
+        keeps = keeping is None or name in keeping or not of_one_class
+        if not keeps and _has_choice(network, loop):
             longest = max((v.type for v in some), key=lambda kind: kind.needed_m)
             stops = [stop for v in some for stop in v.stops]
             way = choices.make(

@@ -7,7 +7,7 @@ from dataclasses import replace
 from roads import roads
 
 from loopgate.network import RoadNetwork, VehicleDemand, make_loop
-from loopgate.network.vehicle_type import DEFAULT_TYPE
+from loopgate.network.vehicle_type import DEFAULT_TYPE, type_of_class
 from loopgate.simulation.demand.shared_lanes import share_lanes
 
 WIDE = roads({"a": (100, 2), "b": (100, 2)}, ["a_0>b_0", "a_1>b_1", "b_0>a_0", "b_1>a_1"])
@@ -50,3 +50,10 @@ def test_positions_move_with_the_lanes() -> None:
     """A vehicle that wants to start 30 m into an edge does so on the other lane too."""
     before = [replace(v, edge=1, depart_m=130.0) for v in on(WIDE, "one", "other")]
     assert [v.depart_m for v in share_lanes(WIDE, before)] == [130.0, 130.0]
+
+
+def test_a_loop_for_several_classes_keeps_its_lanes() -> None:
+    """A lane that is open to cars may be closed to buses."""
+    before = on(WIDE, "one", "other", "other")
+    before[2] = replace(before[2], type=type_of_class("bus", "types"))
+    assert [v.loop for v in share_lanes(WIDE, before)[1:]] == [v.loop for v in before[1:]]
