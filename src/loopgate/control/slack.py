@@ -18,7 +18,7 @@ from loopgate.control.roads import Other, RoadEdge, RoadLane, RoadStretch
 from loopgate.control.sight import AHEAD
 
 _SHARE: Final = 5
-"""One slot in five of a place is kept where ordinary vehicles come or are, at least one of three."""
+"""One slot in five of a place is kept for ordinary vehicles, at least one if the place has three slots."""
 
 _GAP_M: Final = 2.5
 """Gap that a standing vehicle keeps to the vehicle ahead: SUMO's default [m]."""
@@ -70,9 +70,18 @@ def _more(stretch: RoadStretch, taken_m: float, length_m: float) -> float:
 
 
 class Slack:
-    """Finds moves of vehicles that would leave too little space for ordinary vehicles."""
+    """Finds moves of vehicles that would leave too little space for ordinary vehicles.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    everywhere
+        Whether a share of each place is kept, and not only where ordinary vehicles come or are. With lights
+        off that share lets full roads flow: without it the mean delay is 9 and 3 % longer in two districts of
+        Bologna with some ungated buses. With lights obeyed it is 4 and 7 % shorter without it.
+    """
+
+    def __init__(self, *, everywhere: bool = False) -> None:
+        self._everywhere: Final = everywhere
         self._on: dict[RoadLane, Place] = {}
         """The first place on each lane."""
         self._stretches: dict[Place, RoadStretch] = {}
@@ -127,8 +136,8 @@ class Slack:
             free = min(float(place.slots - len(place.line)), fit(stretch, place.line, length_m))
             if place is entered:
                 free -= 1.0
-                expected = bool(stretch.lane.edge.coming) or _taken_m(stretch) > 0.0
-                crowded = expected and not moves_first and free < (place.slots + 2) // _SHARE
+                kept = self._everywhere or bool(stretch.lane.edge.coming) or _taken_m(stretch) > 0.0
+                crowded = kept and not moves_first and free < (place.slots + 2) // _SHARE
             holes += max(0.0, free)
             circle[place] = None
             first = place.line[0] if place.line else None

@@ -47,7 +47,9 @@ class Ground:
         lit = obeys or others  # trains are ordinary traffic: before them the road is closed in any case
         self._signals = signals_in(network, self._lamps, rails_only=not obeys) if lit else {}
         self._walked = {c.id for c in network.connections if network.is_walked(c)} if walkers else set()
-        self._roads = LaidRoads(network, traffic, self._lamps.__getitem__) if others else None
+        self._roads = (
+            LaidRoads(network, traffic, self._lamps.__getitem__, roomy=not obeys) if others else None
+        )
 
     @property
     def is_lit(self) -> bool:

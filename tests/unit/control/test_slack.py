@@ -22,7 +22,9 @@ class Ring:
     arrive. `standing`: how many stand in each place.
     """
 
-    def __init__(self, *, leaves: bool = False, away: str = "", **standing: int) -> None:
+    def __init__(
+        self, *, leaves: bool = False, away: str = "", everywhere: bool = False, **standing: int
+    ) -> None:
         roads = (
             "a",
             "b",
@@ -45,7 +47,7 @@ class Ring:
         self._places = {name: Place(name, 3) for name in "abcd"}
         self._movement = Movement("over", ConflictGroup())
         self._away = away
-        self.slack, self.ledger = Slack(), Ledger([lambda *_: None])
+        self.slack, self.ledger = Slack(everywhere=everywhere), Ledger([lambda *_: None])
         paths = {name: self._path(loop) for name, loop in LOOPS.items()}
         self.others: dict[str, Other] = {}
         for name in (*standing, "d"):
@@ -149,6 +151,7 @@ def test_a_share_of_a_place_stays_free() -> None:
     ring = Ring(a=2, b=0, c=0)
     ring.put("o", "street", 3.0, "elsewhere")
     assert not ring.tight()
+    assert Ring(a=2, b=0, c=0, everywhere=True).tight()
     ring.put("o", "street", 3.0, "a")
     assert ring.tight()
     assert not ring.tight(must_move=True)

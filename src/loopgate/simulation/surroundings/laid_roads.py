@@ -49,13 +49,17 @@ class LaidRoads:
         The roads, and the running simulation.
     lamp
         Returns a light by name.
+    roomy
+        Whether a share of each place stays free wherever ordinary vehicles are.
     """
 
-    def __init__(self, network: RoadNetwork, traffic: Traffic, lamp: Callable[[str], Lamp]) -> None:
+    def __init__(
+        self, network: RoadNetwork, traffic: Traffic, lamp: Callable[[str], Lamp], *, roomy: bool = False
+    ) -> None:
         self._find, self._lamp, self._step_s = CrossingWays(network), lamp, traffic.step_s
         self.map = map_of(network)
         self.sight = Sight(self.map, traffic)
-        self.slack = Slack()
+        self.slack = Slack(everywhere=roomy)
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
     def add(self, path: Sequence[Leg], way: Sequence[DrawnLeg]) -> None:
