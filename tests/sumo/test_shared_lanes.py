@@ -11,8 +11,11 @@ from made_networks import netgenerate
 
 from loopgate import Scenario
 from loopgate.abstraction.itinerary import Abstraction
+from loopgate.abstraction.queue_survey import QueueSurvey, RefusedLoop, survey_queues
+from loopgate.cli import inspect_queues
 from loopgate.errors import LoopRefusal, RefusedLoopError
-from loopgate.network import RoadNetwork, VehicleDemand
+from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType, read_loops
+from loopgate.network.vehicle_type import DEFAULT_TYPE
 from loopgate.simulation import assembly
 from loopgate.simulation.assembly import Assembly, assemble, read_vehicles
 from loopgate.simulation.run import simulate
@@ -32,6 +35,11 @@ def block(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
     (folder / "b.rou.xml").write_text(f"<routes>{ways}</routes>", encoding="utf-8")
     routes = str(folder / "b.rou.xml")
     return Scenario(network=str(network), routes=routes, vehicles=40, abstraction="queues", duration_s=600.0)
+
+
+def on(loop: Loop) -> list[int]:
+    """Return the lanes of a loop, edge by edge."""
+    return [span.lane for span in loop.roads]
 
 
 def driven(found: Assembly) -> dict[str, Lanes]:
@@ -90,3 +98,37 @@ def test_loops_that_never_work_are_told(block: Scenario, monkeypatch: pytest.Mon
     monkeypatch.setattr(assembly, "_abstraction", refuses)
     with pytest.raises(RefusedLoopError, match="loop one does not work"):
         assemble(block)
+
+
+def test_all_keep_their_lanes_where_the_lanes_of_another_are_in_the_way(
+    block: Scenario, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One loop is refused as long as the other is on chosen lanes: in a run and in `loopgate inspect`."""
+    network = RoadNetwork.open(block.network)
+    own = {v.loop.id: v.loop for v in read_vehicles(block, network, None)[0]}
+    moved = {v.loop.id for v in read_vehicles(block, network)[0] if on(v.loop) != on(own[v.loop.id])}
+    (other,) = moved
+    (one,) = own.keys() - moved
+    lay_out, survey = assembly._abstraction, survey_queues
+
+    def refuses(scenario: Scenario, network: RoadNetwork, vehicles: Some, later: Some) -> Abstraction:
+        found = lay_out(scenario, network, vehicles, later)
+        if any(way.loop.id == other and on(way.loop) != on(own[other]) for way in found.itineraries):
+            raise RefusedLoopError({one: LoopRefusal("has the other in its way")})
+        return found
+
+    def surveys(network: RoadNetwork, users: Sequence[tuple[Loop, VehicleType]]) -> QueueSurvey:
+        found = survey(network, users)
+        if all(loop.id != other or on(loop) == on(own[other]) for loop, _ in users):
+            return found
+        return replace(found, refused=(RefusedLoop(own[one], "has the other in its way", None),))
+
+    monkeypatch.setattr(assembly, "_abstraction", refuses)
+    assert {loop.id: loop.spans for loop in assemble(block).loops} == {k: v.spans for k, v in own.items()}
+    monkeypatch.setattr(inspect_queues, "survey_queues", surveys)
+    file = read_loops(network, block.routes)
+    loops, found = inspect_queues._on_shared_lanes(
+        network, file, list(own), list(own.values()), [DEFAULT_TYPE] * len(own)
+    )
+    assert loops == list(own.values())
+    assert not found.refused

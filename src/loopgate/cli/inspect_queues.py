@@ -131,7 +131,7 @@ def _on_shared_lanes(
 ) -> tuple[list[Loop], QueueSurvey]:
     """Return the loops on the lanes that they get in a run, and what is found of them as queues.
 
-    A loop that cannot be cut there keeps the lanes on which it is read.
+    A loop that cannot be cut there keeps the lanes on which it is read. All do if that is not enough.
     """
     stops, keeping = {vehicle.id: vehicle.stops for vehicle in file.vehicles}, set[str]()
     on_loops = [
@@ -143,9 +143,11 @@ def _on_shared_lanes(
         shared = {v.loop.id: v.loop for v in share_lanes(roads, on_loops, keeping)}
         driven = [shared.get(loop.id, loop) for loop in loops]
         found = survey_queues(roads, list(zip(driven, types, strict=True)))
-        refused = {refusal.loop.id for refusal in found.refused if refusal.loop.closed} - keeping
+        refused = {refusal.loop.id for refusal in found.refused if refusal.loop.closed}
         if not refused:
             return driven, found
+        if refused <= keeping:
+            return list(loops), survey_queues(roads, list(zip(loops, types, strict=True)))
         keeping |= refused
 
 

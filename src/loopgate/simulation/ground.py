@@ -48,7 +48,7 @@ class Ground:
         self._signals = signals_in(network, self._lamps, rails_only=not obeys) if lit else {}
         self._walked = {c.id for c in network.connections if network.is_walked(c)} if walkers else set()
         self._roads = (
-            LaidRoads(network, traffic, self._lamps.__getitem__, roomy=not obeys) if others else None
+            LaidRoads(network, traffic, self._lamps.__getitem__, everywhere=not obeys) if others else None
         )
 
     @property

@@ -12,8 +12,8 @@ from loopgate.network.route_lanes import LaneWishes, Load, RouteChoices, Shortes
 from loopgate.network.stops import lanes_of_stops, on_loop
 
 _METRES_AN_HOUR: Final = 30_000.0
-"""How far a vehicle on a loop gets in an hour among others: it loads a lane once a round, a trip loads it
-once."""
+"""How far a vehicle on a loop gets in an hour among others [m]. It loads each lane once a round; a trip loads
+it once."""
 
 
 def share_lanes(

@@ -49,17 +49,22 @@ class LaidRoads:
         The roads, and the running simulation.
     lamp
         Returns a light by name.
-    roomy
-        Whether a share of each place stays free wherever ordinary vehicles are.
+    everywhere
+        Whether a share of each place is kept for ordinary vehicles, wherever they are.
     """
 
     def __init__(
-        self, network: RoadNetwork, traffic: Traffic, lamp: Callable[[str], Lamp], *, roomy: bool = False
+        self,
+        network: RoadNetwork,
+        traffic: Traffic,
+        lamp: Callable[[str], Lamp],
+        *,
+        everywhere: bool = False,
     ) -> None:
         self._find, self._lamp, self._step_s = CrossingWays(network), lamp, traffic.step_s
         self.map = map_of(network)
         self.sight = Sight(self.map, traffic)
-        self.slack = Slack(everywhere=roomy)
+        self.slack = Slack(everywhere=everywhere)
         self._known: dict[tuple[LanePosition, tuple[str, ...]], _Behind] = {}
 
     def add(self, path: Sequence[Leg], way: Sequence[DrawnLeg]) -> None:
