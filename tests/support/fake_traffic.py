@@ -78,6 +78,7 @@ class FakeTraffic:
         self.lights: dict[str, Light] = {}
         self.heedless: set[str] = set()
         self.firsts: set[str] = set()
+        self.standing: set[str] = set()
         self.programs: dict[str, Program] = {}
         self._halted: list[str] = []
 
@@ -195,6 +196,9 @@ class FakeTraffic:
         """Change at once, unless a test forbids it or the vehicle stands at a stop."""
         if self.gaps and not self.fleet[vehicle].resting:
             self.fleet[vehicle].lane = lane_index
+
+    def stand(self, vehicle: str, *, stands: bool) -> None:
+        (self.standing.add if stands else self.standing.discard)(vehicle)
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
         """Take note of who stands."""

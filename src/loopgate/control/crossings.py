@@ -8,6 +8,8 @@ Two movements that conflict share a stretch. The other vehicle is in the way unt
   go first that has another vehicle in its way.
 - It will be past the stretch before the vehicle that asks comes into the junction (`_passes_first`). Until
   then SUMO finds neither in the way of the other. It must have passed all lights before the stretch.
+- It stands at a red light before the stretch, and has lent the rest of its crossing (`Lending`). The vehicle
+  that asks must neither come behind it nor go to the same place.
 - The vehicle that asks will be past the stretch with its rear before the other vehicle can be there
   (`_comes_later`). It must not have to wait for another vehicle or for a light. The other vehicle must not
   go to the same place, since it is in the line there already.
@@ -32,7 +34,17 @@ from typing import Final
 
 from loopgate.control.lamps import OPEN, RED
 from loopgate.control.lights import passes_lights
-from loopgate.control.places import Body, Foe, GrantedPass, Pass, Vehicle, braking_time_s, shared_by, time_s
+from loopgate.control.places import (
+    Body,
+    Foe,
+    GrantedPass,
+    Leg,
+    Pass,
+    Vehicle,
+    braking_time_s,
+    shared_by,
+    time_s,
+)
 
 PAST: Final = 0
 BEFORE: Final = 1
@@ -63,9 +75,10 @@ class Hindrance:
         self.until_m: Final = until_m
 
 
-def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C901  one after the other
+def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C901, PLR0912  in turn
     """Return the vehicle that keeps a vehicle from crossing now; None if there is none."""
     order, length_m = PAST, vehicle.make.length_m
+    behind: bool | None = None
     for over in vehicle.leg.passes:
         if not over.movement.junction.trips:
             continue
@@ -77,6 +90,11 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             shared = shared_by(trip.over.foes.get(over.movement), other_m, length_m)
             # Without a shared stretch the two touch nowhere, or the other vehicle has come by this movement
             # and is followed.
+            if trip.lent and not other.claims and trip.into.place is not vehicle.wanted():
+                if behind is None:
+                    behind = comes_behind(vehicle, vehicle.leg)
+                if not behind:
+                    continue
             if foe is None or shared is None or other is vehicle or not trip.seen:
                 continue
             if other.stops_here():
@@ -108,7 +126,7 @@ def _relation(vehicle: Vehicle, foe: Foe, trip: GrantedPass, shared: Foe, now_s:
     """Return whether another vehicle that is not past the stretch is before a vehicle, or in its way."""
     other = trip.vehicle
     inside_m = other.front_m - trip.line_m
-    if not other.make.foreseen or not trip.quiet or inside_m < max(_BEYOND_M, shared.from_m):
+    if not other.make.foreseen or not trip.quiet or inside_m < max(_BEYOND_M, shared.from_m) or other.lends:
         return IN_THE_WAY
     make = vehicle.make
     slow = other.make.surely(_limit(trip, shared.to_m + other.make.length_m))
@@ -132,7 +150,7 @@ def _passes_first(
 ) -> bool:
     """Return whether another vehicle is past the stretch before a vehicle comes into its junction."""
     other, make, theirs = trip.vehicle, vehicle.make, trip.over
-    if not other.make.foreseen or not trip.quiet:
+    if not other.make.foreseen or not trip.quiet or other.lends:
         return False
     inside_m = other.front_m - trip.line_m
     for lit in trip.leg.passes:
@@ -260,12 +278,71 @@ def _may_be_held(trip: GrantedPass, inside_m: float) -> bool:
             foe = shared_by(over.foes.get(first.over.movement), length_m, first_m)
             if foe is None or first.vehicle is ahead or not first.seen:
                 continue
+            if first.lent and not _follows(trip.leg, first.vehicle):
+                continue
             if first.number < trip.number or inside_m < foe.from_m:
                 shared = shared_by(first.over.foes.get(over.movement), first_m, length_m)
                 past_m = first.vehicle.front_m - first_m - _BEYOND_M - first.line_m
                 if shared is not None and past_m < shared.to_m:
                     return True
     return _follows_aside(trip.leg.passes[0], ahead, trip.number)
+
+
+def is_unsettled(trip: GrantedPass, *, lent: bool = False) -> bool:
+    """Return whether a vehicle and another with a grant have yet to pass a stretch that they share.
+
+    `trip`: over one of the first vehicle's movements. `lent`: whether what others have lent counts.
+    """
+    vehicle, over = trip.vehicle, trip.over
+    mine_m, inside_m = vehicle.make.length_m, vehicle.front_m - trip.line_m
+    for other in over.movement.junction.trips:
+        if other.vehicle is vehicle or (other.lent and not lent):
+            continue
+        theirs_m = other.vehicle.make.length_m
+        own = shared_by(over.foes.get(other.over.movement), mine_m, theirs_m)
+        theirs = shared_by(other.over.foes.get(over.movement), theirs_m, mine_m)
+        if own is None or theirs is None or own.to_m + mine_m + _BEYOND_M < inside_m:
+            continue
+        if other.vehicle.front_m - other.line_m <= theirs.to_m + theirs_m + _BEYOND_M:
+            return True
+    return False
+
+
+def comes_behind(vehicle: Vehicle, leg: Leg) -> bool:
+    """Return whether a vehicle would come behind one that lends, after a leg; others may be between."""
+    for over in leg.passes:
+        for trip in over.movement.junction.trips:
+            other = trip.vehicle
+            if (other.lends or other.behind) and other is not vehicle and _follows(leg, other):
+                return True
+    return False
+
+
+def _follows(leg: Leg, other: Vehicle) -> bool:
+    """Return whether a vehicle comes behind another, after a leg.
+
+    It does if its crossing leads over a lane that the other vehicle is on or has yet to pass, or over the
+    lane before that: SUMO's drivers keep their gap to a vehicle that has just parted. What the other has lent
+    does not count.
+    """
+    rear_m = other.front_m - other.make.length_m
+    before: GrantedPass | None = None
+    for trip in other.trips:
+        if before is not None and rear_m <= trip.light_m + _GAP_M and _leads_over(leg, before):
+            return True
+        before = trip
+        if trip.lent:
+            break
+    return before is not None and _leads_over(leg, before)
+
+
+def _leads_over(leg: Leg, trip: GrantedPass) -> bool:
+    """Return whether the crossing after a leg leads over the lane before a movement."""
+    lane = trip.over.movement.lane
+    for over in leg.passes:  # noqa: SIM110  as in `Leg.is_quiet`
+        if over.movement.lane == lane:
+            return True
+    return False
 
 
 def _follows_aside(over: Pass, vehicle: Vehicle, number: int) -> bool:

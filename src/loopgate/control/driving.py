@@ -17,6 +17,7 @@ from loopgate.control.diary import Diary, Queue, Row, StepSeen, look, write_down
 from loopgate.control.holds import Brakes, UsedStops
 from loopgate.control.layout import Drawings, PlaceLayout
 from loopgate.control.ledger import Ledger
+from loopgate.control.lending import Lending
 from loopgate.control.lights import Lights
 from loopgate.control.ordinary import is_too_full
 from loopgate.control.parking import Parking, put_in_order
@@ -423,12 +424,13 @@ class Driving:
         self.brakes = Brakes(traffic, self.rows)
         self.used_stops = UsedStops(traffic)
         self.lights, self._lit = Lights(traffic), layout.is_lit
+        self.lending = Lending(traffic, ledger)
         self._courtesy = Courtesy(traffic)
         self.parking = Parking(traffic, ledger, has_room, self.rows)
         self.stops = Stops(traffic, ledger, stops, self.parking, self.rows)
-        self.parts: list[Part] = [self.steering, self.brakes, self.used_stops, self.lights, self._courtesy]
+        self.parts: list[Part] = [self.steering, self.brakes, self.used_stops, self.lights]
         """What keeps something of each vehicle."""
-        self.parts += [self.stops] if spacing is None else [self.stops, spacing]
+        self.parts += [self.lending, self._courtesy, self.stops, *([] if spacing is None else [spacing])]
         self.is_courteous = sight is not None
         """Whether vehicles slow down before junctions to which an ordinary vehicle comes."""
         self.on_leaving: Callable[[Diary, str], None] = lambda _diary, _why: None
@@ -643,6 +645,7 @@ class Driving:
                 self._hold(vehicle)
         if self._lit:
             self.lights.look(gone, stay)
+            self.lending.look(self.lights.at_red)
         if self.is_courteous:
             self._courtesy.look(gone)
 

@@ -21,6 +21,7 @@ from loopgate.control.credits import (
     release,
     reserve,
 )
+from loopgate.control.crossings import comes_behind
 from loopgate.control.keeping import Keeping
 from loopgate.control.places import (
     POINT,
@@ -75,6 +76,8 @@ class Holdings:
         """The number of the next vehicle."""
         self.circles: Circles | None = None
         """The circles of ways; without them, all places count as circled."""
+        self.lenders = 0
+        """How many vehicles lend the rest of their crossing."""
         self._requests = 0
         self._answering = False
         self._gave_back = False
@@ -137,6 +140,7 @@ class Holdings:
             self._go_out(vehicle)
         if self.circles is not None:
             self.circles.goes(vehicle)
+        self.lenders -= vehicle.lends
         for trip in vehicle.trips:
             trip.over.movement.junction.trips.remove(trip)
         vehicle.trips = []
@@ -472,6 +476,8 @@ class Ledger(Holdings):
         self.refusals: dict[str, int] = {}
         """How often each reason was given."""
         self.grants = 0
+        self.numbered = 0
+        """The number of the last grant; a vehicle that takes back what it has lent gets a new one."""
         self.look: Callable[[float], None] = self.keeping.look
         """Called with the time [s] before requests are answered."""
         self.decide: Callable[[list[Vehicle]], list[Vehicle]] = self._decide
@@ -556,6 +562,29 @@ class Ledger(Holdings):
         if refusal.passed is not None:
             refusal.passed.watchers.append((refusal.passed_m, vehicle))
             self._aim(refusal.passed)
+
+    def lend(self, trip: GrantedPass) -> None:
+        """Let others go first over a movement, and the movements after it that the vehicle was granted."""
+        trip.vehicle.lends = True
+        self.lenders += 1
+        for later in trips_from(trip):
+            later.lent = True
+        self._gave_back = True
+        self._wake_watchers(trip.vehicle, inf)
+
+    def claim(self, vehicle: Vehicle, *, claims: bool) -> None:
+        """Note whether no more vehicles may get a grant over what a vehicle has lent."""
+        if vehicle.claims and not claims:
+            self._wake_watchers(vehicle, inf)
+        vehicle.claims = claims
+
+    def take_back(self, trip: GrantedPass) -> None:
+        """Make lent movements the vehicle's again, after all grants so far."""
+        trip.vehicle.lends = trip.vehicle.claims = False
+        self.lenders -= 1
+        self.numbered += 1
+        for later in trips_from(trip):
+            later.lent, later.number = False, self.numbered
 
     def close(self, place: Place, reason: str, cause: str) -> None:
         """Refuse all vehicles that want to enter a place for this reason; an empty reason opens it again."""
@@ -656,8 +685,10 @@ class Ledger(Holdings):
             return
         self._go_out(vehicle)
         self.grants += 1
+        self.numbered += 1
         begins_m, line_m, before = vehicle.after_begins_m(after), vehicle.line_m, vehicle.leg
         was_settled = len(vehicle.bodies) == 1 and not vehicle.trips
+        vehicle.behind = self.lenders > 0 and comes_behind(vehicle, before)
         if before.guided and not vehicle.steered:
             vehicle.steered, vehicle.guide_m = True, line_m + before.guide_m
         if self.circles is not None:
@@ -669,7 +700,7 @@ class Ledger(Holdings):
         if was_settled:  # otherwise it still leaves an earlier place
             vehicle.back_m = vehicle.gives_back_m()
         for over in before.passes:
-            trip = GrantedPass(body, before, over, self.grants, line_m, begins_m + vehicle.make.length_m)
+            trip = GrantedPass(body, before, over, self.numbered, line_m, begins_m + vehicle.make.length_m)
             over.movement.junction.trips.append(trip)
             vehicle.trips.append(trip)
         changed = self._changed
@@ -682,6 +713,11 @@ class Ledger(Holdings):
         if vehicle.near and vehicle.must_ask(self.step_s):
             vehicle.near = False
             self._must_ask(vehicle)  # the place ahead may end within the braking distance
+
+
+def trips_from(trip: GrantedPass) -> list[GrantedPass]:
+    """Return a vehicle's grant over a movement, and its grants over the movements after it."""
+    return [one for one in trip.vehicle.trips if one.light_m >= trip.light_m]
 
 
 def _request(vehicle: Vehicle) -> int:

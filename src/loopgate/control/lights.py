@@ -199,6 +199,8 @@ class Lights(Part):
         self._longest: tuple[float, Pass | None] = (0.0, None)
         self.on_red = self.grants = self.stood = 0
         self.stood_s = 0.0
+        self.at_red: list[GrantedPass] = []
+        """The grants over the movements behind red lights at which vehicles stand, inside their crossings."""
 
     def forget(self, vehicle: Vehicle) -> None:
         """Drop a vehicle that has left the ledger."""
@@ -219,6 +221,7 @@ class Lights(Part):
         new reason.
         """
         now_s = self._traffic.now_s
+        self.at_red.clear()
         for vehicle in granted:
             self._waits_no_more(vehicle, now_s)
             if vehicle.trips:
@@ -238,6 +241,8 @@ class Lights(Part):
                 self.on_red += self._letter(trip) in RED
             for trip in ahead:
                 self._look_at(trip, now_s)
+            if ahead and vehicle.speed < STANDING_MPS and _stands_inside(ahead[0], now_s):
+                self.at_red.append(ahead[0])
             closes = bool(ahead) and (self._traffic.gives_way or _may_close(ahead[0], now_s))
             self._tell(vehicle, closes and ahead[0].committed)
             if not ahead:
@@ -278,6 +283,17 @@ class Lights(Part):
         if drives_on != (vehicle in self._heedless):
             self._traffic.heed_lights(vehicle.name, heeds=not drives_on)
             (self._heedless.add if drives_on else self._heedless.discard)(vehicle)
+
+
+def _stands_inside(trip: GrantedPass, now_s: float) -> bool:
+    """Return whether a vehicle that stands is inside its crossing, before a red light.
+
+    `trip`: its grant over the movement behind the light. The light is red now and in the next step.
+    """
+    signal, begins_m = trip.over.signal, trip.line_m + trip.leg.passes[0].ahead_m
+    if signal is None or trip.over.first or trip.vehicle.front_m <= begins_m:
+        return False
+    return signal.next_letter(now_s) in RED and signal.lamp.state[signal.link] in RED
 
 
 def _may_close(trip: GrantedPass, now_s: float) -> bool:

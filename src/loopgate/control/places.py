@@ -170,14 +170,15 @@ class ChangeStretch:
 class Movement:
     """A way over a junction, between two lanes.
 
-    `beside`: the other movements out of the same place. `kept_for`: the only vehicle that may set out on it
-    now, if any.
+    `lane`: the lane before it. `beside`: the other movements out of the same place. `kept_for`: the only
+    vehicle that may set out on it now, if any.
     """
 
-    __slots__ = ("beside", "junction", "kept_for", "name")
+    __slots__ = ("beside", "junction", "kept_for", "lane", "name")
 
     def __init__(self, name: str, junction: ConflictGroup) -> None:
         self.name: Final = name
+        self.lane: Final = name.partition(">")[0]
         self.junction = junction
         self.beside: list[Movement] = []
         self.kept_for: Vehicle | None = None
@@ -358,10 +359,11 @@ class GrantedPass:
     light. `committed`: whether the vehicle drives on at amber there; valid once `known`. `stood`: whether the
     vehicle stood at the light. `seen`: whether other vehicles know of the grant; vehicles that decide by
     messages see it in the next step. `quiet`: whether no ordinary vehicle may come into its way (`Courtesy`).
+    `lent`: whether the vehicle stands at a red light before it and lets others go first (`Lending`).
     """
 
     __slots__ = (
-        "clear_m", "committed", "into", "known", "leg", "light_m", "line_m", "lit", "number", "over",
+        "clear_m", "committed", "into", "known", "leg", "lent", "light_m", "line_m", "lit", "number", "over",
         "quiet", "seen", "stood", "vehicle",
     )  # fmt: skip
 
@@ -369,12 +371,12 @@ class GrantedPass:
         self.leg: Final = leg
         self.light_m: Final = line_m + over.ahead_m
         self.lit = self.known = self.committed = self.stood = False
-        self.seen = True
+        self.seen, self.lent = True, False
         self.quiet = leg.stretch is None
         self.vehicle: Final = into.vehicle
         self.into: Final = into
         self.over: Final = over
-        self.number: Final = number
+        self.number = number
         self.line_m: Final = line_m
         self.clear_m: Final = clear_m
 
@@ -520,6 +522,8 @@ class Vehicle:
     less its odometer [m].
     `near`: whether it is checked in each step until it asks. `watchers`: the vehicles to wake when its front
     is at an arc length. `held`: whether it must stop at its stop line; `halted`: whether it stands there.
+    `lends`: whether it lets others over the rest of its crossing first (`Lending`); `claims`: whether only
+    such as have a grant already. `behind`: whether it is behind one that lends, or behind another behind it.
     `credits`: the places that lack room for it in one slot, and how often its path still comes there.
     `kept`: the extra metres that it keeps now, by place [m].
     `steered`: whether it is led to a lane, and makes no request. `guide_m`: arc length of the stop by which
@@ -531,11 +535,11 @@ class Vehicle:
     """
 
     __slots__ = (
-        "answered", "asks", "astray", "back_m", "beside", "blocked_s", "bodies", "cause", "credits",
-        "due_m", "front_m", "granted", "guide_m", "halted", "held", "kept", "lap_m", "laps_m", "leg",
-        "line_m", "longest_s", "lot_m", "make", "mover", "name", "near", "noted_m", "number", "offset_m",
-        "parks", "reason", "refused_s", "request", "row", "since_s", "speed", "stands", "steered", "stood_s",
-        "stop_m", "trips", "watchers", "withheld", "woken",
+        "answered", "asks", "astray", "back_m", "behind", "beside", "blocked_s", "bodies", "cause",
+        "claims", "credits", "due_m", "front_m", "granted", "guide_m", "halted", "held", "kept", "lap_m",
+        "laps_m", "leg", "lends", "line_m", "longest_s", "lot_m", "make", "mover", "name", "near",
+        "noted_m", "number", "offset_m", "parks", "reason", "refused_s", "request", "row", "since_s",
+        "speed", "stands", "steered", "stood_s", "stop_m", "trips", "watchers", "withheld", "woken",
     )  # fmt: skip
 
     def __init__(self, number: int, name: str, leg: Leg, make: Make = POINT, lap_m: float = 0.0) -> None:
@@ -558,7 +562,7 @@ class Vehicle:
         self.due_m = self.noted_m = self.back_m = inf
         self.asks = self.answered = self.mover = False
         self.request = 0
-        self.held = self.halted = False
+        self.held = self.halted = self.lends = self.claims = self.behind = False
         self.woken = False
         self.near = False
         self.steered = False

@@ -215,6 +215,9 @@ class Traffic(Protocol):
         With 0 the vehicle stands without a stop, so that it can still change lanes.
         """
 
+    def stand(self, vehicle: str, *, stands: bool) -> None:
+        """Set whether a vehicle that stands stays there, whatever other limit it has."""
+
     def hold(self, vehicle: str, edge: str, lane_index: int, position_m: float) -> bool:
         """Hold a vehicle: it stops with its front at a position ahead, if it can still brake for it.
 

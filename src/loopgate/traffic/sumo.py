@@ -522,7 +522,10 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         """The lanes that lead onto each lane, and the lanes between; found when first needed."""
         self._braked: dict[str, float] = {}
         """For each braked vehicle, its speed one step before [m/s]."""
-        self._slowed: set[str] = set()
+        self._slowed: dict[str, float] = {}
+        """The vehicles whose speed is limited, and the limit [m/s]."""
+        self._standing: set[str] = set()
+        """The vehicles that shall stay where they stand."""
         self._modes: dict[str, tuple[int, int]] = {}
         """For each gated vehicle, its speed mode and lane-change mode from before."""
 
@@ -664,10 +667,12 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         if vehicle in self.arrived() or vehicle not in self._vehicle.getIDList():
             self._holds.pop(vehicle, None)
             self._braked.pop(vehicle, None)
-            self._slowed.discard(vehicle)
+            self._slowed.pop(vehicle, None)
+            self._standing.discard(vehicle)
             return
         self.release(vehicle)
-        if vehicle in self._slowed:
+        if vehicle in self._slowed or vehicle in self._standing:
+            self._standing.discard(vehicle)
             self.keep_to(vehicle, None)
         if modes is not None:
             self._set_speed_mode(vehicle, modes[0])
@@ -701,14 +706,26 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
         return True
 
     def keep_to(self, vehicle: str, speed_mps: float | None) -> None:
-        (self._slowed.discard if speed_mps is None else self._slowed.add)(vehicle)
-        self._set_speed(vehicle, -1.0 if speed_mps is None else speed_mps)
+        if speed_mps is None:
+            self._slowed.pop(vehicle, None)
+        else:
+            self._slowed[vehicle] = speed_mps
+        self._limit(vehicle)
+
+    def stand(self, vehicle: str, *, stands: bool) -> None:
+        (self._standing.add if stands else self._standing.discard)(vehicle)
+        self._limit(vehicle)
+
+    def _limit(self, vehicle: str) -> None:
+        """Tell SUMO the present limit of a vehicle's speed."""
+        stays = vehicle in self._standing or vehicle in self._braked
+        self._set_speed(vehicle, 0.0 if stays else self._slowed.get(vehicle, -1.0))
 
     def release(self, vehicle: str) -> None:
         """Drop the stop by which the vehicle is held, reached or not, and no other stop."""
         if vehicle in self._braked:
             del self._braked[vehicle]
-            self._set_speed(vehicle, -1.0)
+            self._limit(vehicle)
             self._set_speed_mode(vehicle, self._mode(vehicle))
         self.drop_hold(vehicle)
 

@@ -269,7 +269,7 @@ def test_one_that_may_have_to_wait_itself_does_not_go_first(
     trip = ahead.a.trips[0]
     scene.trip.over.foes[trip.over.movement] = ahead.trip.over.foes[trip.over.movement]
     trip.over.foes[scene.trip.over.movement] = trip.over.foes[ahead.trip.over.movement]
-    trip.number = 0  # type: ignore[misc]  # before all others
+    trip.number = 0  # before all others
     scene.trip.over.movement.junction.trips.append(trip)
     assert scene.found() == found
 

@@ -120,9 +120,9 @@ class Motor:
         self._ledger.decisions += 1
         vehicle = self.vehicles[number]
         self._ledger.grant(vehicle)
-        self._setting_out[number] = self._ledger.grants
+        self._setting_out[number] = self._ledger.numbered
         for trip in vehicle.trips:
-            if trip.number == self._ledger.grants:
+            if trip.number == self._ledger.numbered:
                 trip.seen = False
 
     def refuse(self, number: int, reason: Reason) -> None:

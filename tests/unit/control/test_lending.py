@@ -1,0 +1,156 @@
+"""A vehicle at a red light inside its crossing lets others go first: two vehicles, without SUMO."""
+
+from __future__ import annotations
+
+from fake_traffic import FakeTraffic
+
+from loopgate.abstraction.itinerary import Crossing, DrawnLeg
+from loopgate.control.lamps import Lamp, Signal
+from loopgate.control.layout import PlaceLayout
+from loopgate.control.ledger import Ledger
+from loopgate.control.lending import Lending
+from loopgate.control.lights import PATIENCE_S, Lights
+from loopgate.control.places import Make, Vehicle
+from loopgate.control.rules import crossing, room
+from loopgate.model import StateId
+from loopgate.traffic.base import Light, Phase, Program
+
+LIGHT_M = 70.0
+"""Where the light stands on the way of the vehicle that lends, whose stop line is at 50 m [m]."""
+
+
+class Scene:
+    """A vehicle `lender` at a red light inside, 20 m behind its stop line; another, `other`, waits.
+
+    Behind the light their ways share 10 m. `into`: the place to which the other goes. `fixed`: whether the
+    light has a fixed program. `inside`: whether the lender has left its stop line.
+    """
+
+    def __init__(self, into: str = "south", *, fixed: bool = True, inside: bool = True) -> None:
+        before = Crossing("west>between", frozenset(), speed_mps=10.0)
+        behind = Crossing("between>east", frozenset({"north>"}), {"north>": (22.0, 32.0)}, 10.0, 20.0)
+        across = Crossing("north>", frozenset({"between>east"}), {"between>east": (2.0, 12.0)}, 10.0)
+        ways = [
+            (DrawnLeg(StateId("west"), 0.0, 50.0, (before, behind)), DrawnLeg(StateId("east"), 90.0, 150.0)),
+            (DrawnLeg(StateId("north"), 0.0, 50.0, (across,)), DrawnLeg(StateId(into), 70.0, 130.0)),
+        ]
+        self.traffic = FakeTraffic({})
+        phases = Phase("G", 1000.0, 1), Phase("r", 1000.0, 0)
+        self.traffic.programs["t"] = Program(phases, fixed=fixed)
+        self.shows("r")
+        layout = PlaceLayout(
+            dict.fromkeys(("west", "east", "north", "south"), 3),
+            ways,
+            {"between>east": Signal(Lamp("t", self.traffic), 0, 10.0)},
+        )
+        self.ledger = Ledger([room, crossing])
+        self.lights, self.lending = Lights(self.traffic), Lending(self.traffic, self.ledger)
+        make = Make(5.0, 2.6, 4.5, 10.0, 1.0, foreseen=False)
+        self.lender, self.other = (
+            self.ledger.take_in(name, layout.path(way), 0, make, 1000.0)
+            for name, way in zip(("lender", "other"), ways, strict=True)
+        )
+        self.lender.front_m = self.other.front_m = 49.0
+        self.ledger.ask(self.lender)
+        self.step()
+        self.drive(self.lender, LIGHT_M - 1.0 if inside else 49.5)
+        self.ledger.ask(self.other)
+
+    def shows(self, letter: str, changes_s: float = 1000.0) -> None:
+        """Let the light show a letter until a time."""
+        self.traffic.lights["t"] = Light(letter, changes_s, "p", 0 if letter == "G" else 1)
+
+    def drive(self, vehicle: Vehicle, front_m: float) -> None:
+        """Let a vehicle drive on and stand there."""
+        vehicle.front_m, vehicle.speed = front_m, 0.0
+        self.ledger.passed(vehicle)
+
+    def step(self, at_s: float | None = None) -> None:
+        """Answer requests, and look at the lights."""
+        self.traffic.now_s = self.traffic.now_s + 1.0 if at_s is None else at_s
+        gone = self.ledger.answer(self.traffic.now_s)
+        self.lights.look(gone)
+        self.lending.look(self.lights.at_red)
+
+    def waits(self, steps: int = 3) -> bool:
+        """Return whether the other vehicle has no grant after some steps."""
+        for _ in range(steps):
+            self.step()
+        return self.other.asks
+
+    @property
+    def is_held(self) -> bool:
+        """Whether the lender has been told to stay."""
+        return "lender" in self.traffic.standing
+
+
+def test_it_lends_at_red_and_the_light_holds_it() -> None:
+    scene = Scene()
+    assert not scene.waits()
+    assert scene.lending.lent == 1
+    assert not scene.is_held
+
+
+def test_it_sets_out_when_the_other_is_past() -> None:
+    scene = Scene()
+    assert not scene.waits()
+    scene.shows("G", 2000.0)
+    scene.step(1001.0)
+    assert [scene.is_held, scene.lender.lends, scene.lender.claims] == [True] * 3
+    scene.drive(scene.other, 68.0)
+    scene.step()
+    assert [scene.is_held, scene.lender.lends, scene.lender.claims] == [False] * 3
+    assert scene.lender.trips[1].number > scene.other.trips[0].number
+
+
+def test_a_light_that_may_open_at_any_time_does_not_hold_it() -> None:
+    scene = Scene(fixed=False)
+    scene.shows("r", 0.0)
+    scene.step(1001.0)
+    assert scene.is_held
+    scene.shows("G", 2000.0)
+    scene.ledger.withdraw(scene.other)
+    scene.step()
+    assert not scene.is_held
+
+
+def test_nobody_new_goes_first_once_its_light_is_open() -> None:
+    scene = Scene()
+    scene.ledger.withdraw(scene.other)
+    scene.step()
+    scene.shows("G", 2000.0)
+    scene.step(1001.0)
+    scene.ledger.ask(scene.other)
+    assert scene.waits()
+    assert not scene.lender.lends
+
+
+def test_after_long_it_claims_at_red_too() -> None:
+    scene = Scene()
+    scene.ledger.withdraw(scene.other)
+    scene.step()
+    before = scene.lender.claims
+    scene.step(PATIENCE_S + 10.0)
+    assert (before, scene.lender.claims) == (False, True)
+    scene.ledger.ask(scene.other)
+    assert scene.waits()
+
+
+def test_it_lends_nothing_before_it_stands_inside() -> None:
+    assert Scene(inside=False).waits()
+    scene = Scene()
+    scene.lender.speed = 1.0
+    assert scene.waits()
+
+
+def test_a_vehicle_to_the_same_place_does_not_go_first() -> None:
+    assert Scene(into="east").waits()
+
+
+def test_a_vehicle_that_leaves_the_ledger_is_forgotten() -> None:
+    scene = Scene()
+    scene.step()
+    scene.ledger.leave(scene.lender)
+    scene.lights.forget(scene.lender)
+    scene.lending.forget(scene.lender)
+    assert not scene.waits()
