@@ -38,6 +38,8 @@ class Lending(Part):
         self._ledger: Final = ledger
         self._from: dict[Vehicle, tuple[GrantedPass, float]] = {}
         """For each of them, the grant over the movement behind its light, and since when it lends [s]."""
+        self._some_behind = False
+        """Whether a vehicle may be noted to be behind one that lends."""
         self._kept: set[Vehicle] = set()
         """Those that are held."""
         self.lent = 0
@@ -59,7 +61,9 @@ class Lending(Part):
                 self._from[trip.vehicle] = trip, now_s
                 self.lent += 1
                 self._ledger.lend(trip)
-        _find_those_behind(self._ledger.vehicles.values(), self._from)
+        if self._from or self._some_behind:
+            _find_those_behind(self._ledger.vehicles.values(), self._from)
+            self._some_behind = bool(self._from)
         for vehicle, (trip, since_s) in list(self._from.items()):
             gone = vehicle.front_m > trip.light_m  # the light has changed against its program
             signal = trip.over.signal

@@ -9,7 +9,8 @@ the stop line may also let it stand for `_SHORT_S`; if its program is not fixed,
 
 A granted vehicle is committed. It drives on at amber, like SUMO's drivers that are too near to brake. It
 stops at a red light if it still can, and keeps its grant: the gate has admitted other vehicles because of
-that grant. A vehicle with a grant beyond a light still obeys the light. `on_red` counts the vehicles that
+that grant. Inside a crossing it lends the rest of it (`loopgate.control.lending`). A vehicle with a grant
+beyond a light still obeys the light. `on_red` counts the vehicles that
 pass a light on red because they could not brake.
 
 Lights only delay. The promise of the gate holds as long as every light turns green again and again. Two
