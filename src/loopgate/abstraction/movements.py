@@ -212,7 +212,7 @@ _NARROW_M = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """A part of an edge, over all its lanes, that is kept clear while vehicles come to change lanes there."""
+    """A part of an edge on which none waits: vehicles change lanes there, or other lanes are too near."""
 
     edge: str
     begin_m: float
@@ -222,6 +222,12 @@ class Stretch:
     first_m: float
     last_m: float
     """`first_m` and `last_m`: where the place before begins, and where the place after ends [m]."""
+    lanes: frozenset[int] | None = None
+    """The lanes over which it leads, by index; None for all."""
+
+    def covers(self, lane: int) -> bool:
+        """Return whether it leads over a lane."""
+        return self.lanes is None or lane in self.lanes
 
     def passage(self, lane: int, to_lane: int) -> Passage:
         """Return the passage over the stretch from one lane to another, or along one lane."""
@@ -276,12 +282,13 @@ def lay_stretches(
     reach_m: float = REACH_M,
     near: Narrow | None = None,
 ) -> tuple[dict[str, Stretch], Narrow]:
-    """Choose the stretches: on each edge on which a loop changes lanes, and on all of each narrow edge.
+    """Choose the stretches: on each edge on which a loop changes lanes, and on narrow edges.
 
     A stretch for lane changes lies in the middle of its edge, on fast roads farther on, with a place before
     and a place after. If the edge is too short for both, the place after stays if it fits. Otherwise the
-    stretch takes the whole edge; so does a stretch on a narrow edge. If the whole edge is too short to change
-    lanes, the caller must refuse the loop.
+    stretch takes the whole edge; so does a stretch on a narrow edge. If nobody changes lanes on a narrow
+    edge, the stretch leads over those of its lanes only that are near lanes of other edges. If the whole edge
+    is too short to change lanes, the caller must refuse the loop.
 
     An edge with a part long enough for a place is not narrow, however near other lanes come to the rest: a
     vehicle before or after that part is under way on the movement that leads there.
@@ -322,8 +329,11 @@ def lay_stretches(
     free = {edge: _free(network.edges[edge], lanes, parts) for edge in (*changing, *beside)}
     whole = {e for e in beside if free[e].end_m - free[e].begin_m < least_place_m(needed[e])}
     narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
+    beside_lanes: dict[str, set[int]] = {}
+    for lane, _ in narrow:
+        beside_lanes.setdefault(network.lanes[lane].edge, set()).add(int(lane.rpartition("_")[2]))
     stretches = {
-        edge: _whole(edge, network.edges[edge].length_m)
+        edge: _whole(edge, network.edges[edge].length_m, None if edge in changing else beside_lanes.get(edge))
         if edge in whole
         else _lay_stretch(network.edges[edge], needed[edge], free[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))
@@ -338,8 +348,9 @@ def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, FreePart]) -> F
     return FreePart(begin_m, min((part.end_m for part in own), default=edge.length_m))
 
 
-def _whole(edge: str, length_m: float) -> Stretch:
-    return Stretch(edge, 0.0, length_m, 0.0, length_m)
+def _whole(edge: str, length_m: float, lanes: Iterable[int] | None = None) -> Stretch:
+    only = None if lanes is None else frozenset(lanes)
+    return Stretch(edge, 0.0, length_m, 0.0, length_m, only)
 
 
 def _lay_stretch(edge: Edge, needed_m: float, free: FreePart) -> Stretch:

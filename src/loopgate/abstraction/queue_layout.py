@@ -398,10 +398,15 @@ class _Plan:
         return self._needed[self._on(span)]
 
     def _on(self, span: LaneSpan) -> str:
-        return span.edge if span.edge in self.stretches else span.lane_id
+        return span.edge if self._stretch(span) else span.lane_id
+
+    def _stretch(self, span: LaneSpan) -> Stretch | None:
+        """Return the stretch on a lane, if there is one."""
+        stretch = self.stretches.get(span.edge)
+        return stretch if stretch is not None and stretch.covers(span.lane) else None
 
     def _on_edge(self, span: LaneSpan) -> Iterator[Piece]:
-        stretch = self.stretches.get(span.edge)
+        stretch = self._stretch(span)
         # The road's own length: that of a span is a difference of arc lengths, rounded by loop.
         length_m = self._network.lanes[span.lane_id].length_m
         if stretch is None:

@@ -306,6 +306,32 @@ def test_a_street_too_narrow_for_two_is_crossed_one_way_at_a_time() -> None:
     assert not there.overlaps
 
 
+def test_only_the_lanes_of_a_narrow_street_that_are_near_others_are_narrow() -> None:
+    """As where the bus lanes of both directions lie on one another: cars wait on the lanes beside."""
+    network = apart(
+        roads(
+            {"x": (80.0, 2), "y": (80.0, 1), "a": (80.0, 2), "b": (80.0, 2)},
+            ["x_0>a_0", "a_0>y_0", "y_0>b_0", "b_0>x_0", "x_1>a_1", "a_1>b_1", "b_1>x_1"],
+        )
+    )
+    back = replace(network.lanes["y_0"], shape=network.lanes["x_0"].shape[::-1])
+    narrow = RoadNetwork(
+        name="bus lanes",
+        file=network.file,
+        edges={**network.edges, "y": replace(network.edges["y"], lanes=(back,))},
+        lanes={**network.lanes, "y_0": back},
+        junctions={},
+        connections=network.connections,
+    )
+    loops = [make_loop(narrow, "bus", ["x", "a", "y", "b"]), make_loop(narrow, "car", ["x", "a", "b"])]
+    layout = lay_out_queues(narrow, [(loop, DEFAULT_TYPE) for loop in loops])
+    assert {"x_0", "y_0"}.isdisjoint(layout.places)
+    assert layout.places["x_1"].capacity == 10
+    bus = [leg.crossings for leg in layout.itineraries["bus"].legs]
+    (across,) = [one for some in bus for one in some if one.id == "x:0>0"]
+    assert across.foes == {"y:0>0"}
+
+
 @pytest.mark.parametrize("name", [str(GRID), "sumo:DRT", "sumo:bs3d"])
 def test_conflicts_are_symmetric_and_those_of_the_geometry(name: str) -> None:
     """Against a brute-force distance of the drawn curves, pair by pair, and the request matrix."""
