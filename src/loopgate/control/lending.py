@@ -23,7 +23,7 @@ from loopgate.control.lamps import OPEN
 from loopgate.control.ledger import Ledger, trips_from
 from loopgate.control.lights import PATIENCE_S
 from loopgate.control.part import Part
-from loopgate.control.places import GrantedPass, Vehicle
+from loopgate.control.places import STANDING_MPS, GrantedPass, Vehicle
 from loopgate.traffic.base import Traffic
 
 
@@ -68,7 +68,7 @@ class Lending(Part):
             gone = vehicle.front_m > trip.light_m  # the light has changed against its program
             signal = trip.over.signal
             is_open = gone or signal is None or signal.next_letter(now_s) in OPEN
-            stays = is_open or _may_open(trip, now_s)
+            stays = (is_open or _may_open(trip, now_s)) and self._is_near(trip)
             if gone or (is_open and not (vehicle.behind or any(map(is_unsettled, trips_from(trip))))):
                 stays = False
                 self._ledger.take_back(trip)
@@ -79,6 +79,15 @@ class Lending(Part):
             if stays != (vehicle in self._kept):
                 (self._kept.add if stays else self._kept.discard)(vehicle)
                 self._traffic.stand(vehicle.name, stands=stays)
+
+    def _is_near(self, trip: GrantedPass) -> bool:
+        """Return whether a vehicle stands, or may be too late to stop before its light after the next step.
+
+        One that closes up behind others is left to SUMO's car following, which brakes harder than a limit of
+        speed does, if it must.
+        """
+        vehicle = trip.vehicle
+        return vehicle.speed < STANDING_MPS or vehicle.must_brake_for(trip.light_m, self._traffic.step_s)
 
 
 def _may_lend(trip: GrantedPass) -> bool:

@@ -676,9 +676,13 @@ class Vehicle:
 
     def must_ask(self, step_s: float) -> bool:
         """Return whether the next step could take it beyond the point where it must brake."""
+        return self.must_brake_for(self.line_m, step_s)
+
+    def must_brake_for(self, at_m: float, step_s: float) -> bool:
+        """Return whether it may be too late after the next step to stop before an arc length [m]."""
         make = self.make
         fast = self.speed + make.accel * step_s
         if fast > make.top:  # noqa: PLR1730  a call of `min` costs three times this
             fast = make.top
         within_s = max(step_s, _REACTION_S) if make.brakes_late else step_s
-        return self.line_m - self.front_m < fast * within_s + braking_m(fast, make.decel, step_s) + MARGIN_M
+        return at_m - self.front_m < fast * within_s + braking_m(fast, make.decel, step_s) + MARGIN_M

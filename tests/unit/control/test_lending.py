@@ -114,6 +114,21 @@ def test_a_light_that_may_open_at_any_time_does_not_hold_it() -> None:
     assert not scene.is_held
 
 
+def test_it_is_not_held_while_it_closes_up_behind_others() -> None:
+    """A limit of speed would brake it less than SUMO's drivers can, and bring it too near the one ahead."""
+    scene = Scene()
+    scene.step()
+    scene.ledger.ask(scene.other)
+    scene.lender.front_m, scene.lender.speed = LIGHT_M - 15.0, 2.0
+    scene.shows("G", 2000.0)
+    scene.ledger.grant(scene.other)
+    scene.step(1001.0)
+    far = scene.is_held
+    scene.lender.front_m = LIGHT_M - 5.0
+    scene.step()
+    assert (far, scene.is_held) == (False, True)
+
+
 def test_nobody_new_goes_first_once_its_light_is_open() -> None:
     scene = Scene()
     scene.ledger.withdraw(scene.other)
