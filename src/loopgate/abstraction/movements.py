@@ -329,11 +329,11 @@ def lay_stretches(
     free = {edge: _free(network.edges[edge], lanes, parts) for edge in (*changing, *beside)}
     whole = {e for e in beside if free[e].end_m - free[e].begin_m < least_place_m(needed[e])}
     narrow = frozenset(pair for pair in near if all(network.lanes[lane].edge in whole for lane in pair))
-    beside_lanes: dict[str, set[int]] = {}
-    for lane, _ in narrow:
-        beside_lanes.setdefault(network.lanes[lane].edge, set()).add(int(lane.rpartition("_")[2]))
+    near_lanes: dict[str, set[int]] = {}
+    for lane, _ in near:
+        near_lanes.setdefault(network.lanes[lane].edge, set()).add(network.lanes[lane].index)
     stretches = {
-        edge: _whole(edge, network.edges[edge].length_m, None if edge in changing else beside_lanes.get(edge))
+        edge: _whole(edge, network.edges[edge].length_m, None if edge in changing else near_lanes[edge])
         if edge in whole
         else _lay_stretch(network.edges[edge], needed[edge], free[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))

@@ -90,13 +90,12 @@ def in_the_way(vehicle: Vehicle, now_s: float) -> Hindrance | None:  # noqa: C90
             shared = shared_by(trip.over.foes.get(over.movement), other_m, length_m)
             # Without a shared stretch the two touch nowhere, or the other vehicle has come by this movement
             # and is followed.
-            if trip.lent and not other.claims and trip.into.place is not vehicle.wanted():
-                if behind is None:
-                    behind = comes_behind(vehicle, vehicle.leg)
-                if not behind:
-                    continue
             if foe is None or shared is None or other is vehicle or not trip.seen:
                 continue
+            if trip.lent and not other.claims and trip.into.place is not vehicle.wanted():
+                behind = comes_behind(vehicle, vehicle.leg) if behind is None else behind
+                if not behind:
+                    continue
             if other.stops_here():
                 return Hindrance(other, -inf)
             if shared.to_m == inf or foe.to_m == inf:  # noqa: PLR1714  a tuple costs three times this

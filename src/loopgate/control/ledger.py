@@ -140,7 +140,8 @@ class Holdings:
             self._go_out(vehicle)
         if self.circles is not None:
             self.circles.goes(vehicle)
-        self.lenders -= vehicle.lends
+        if vehicle.lends:
+            self.lenders -= 1
         for trip in vehicle.trips:
             trip.over.movement.junction.trips.remove(trip)
         vehicle.trips = []

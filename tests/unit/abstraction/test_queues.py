@@ -269,12 +269,17 @@ def lead_back(past_m: float) -> RoadNetwork:
     (first_x, y), (last_x, _) = network.lanes["x_0"].shape
     bend_x = min(first_x + past_m, last_x)
     shape = ((last_x, y), (bend_x, y), (bend_x, y + bend_x - first_x + 1e-3))
-    back = replace(network.lanes["y_0"], shape=shape)
+    return y_drawn_as(network, shape)
+
+
+def y_drawn_as(network: RoadNetwork, shape: tuple[tuple[float, float], ...]) -> RoadNetwork:
+    """Return a network whose road y, of one lane, is drawn elsewhere."""
+    lane = replace(network.lanes["y_0"], shape=shape)
     return RoadNetwork(
         name="narrow",
         file=network.file,
-        edges={**network.edges, "y": replace(network.edges["y"], lanes=(back,))},
-        lanes={**network.lanes, "y_0": back},
+        edges={**network.edges, "y": replace(network.edges["y"], lanes=(lane,))},
+        lanes={**network.lanes, "y_0": lane},
         junctions={},
         connections=network.connections,
     )
@@ -314,15 +319,7 @@ def test_only_the_lanes_of_a_narrow_street_that_are_near_others_are_narrow() -> 
             ["x_0>a_0", "a_0>y_0", "y_0>b_0", "b_0>x_0", "x_1>a_1", "a_1>b_1", "b_1>x_1"],
         )
     )
-    back = replace(network.lanes["y_0"], shape=network.lanes["x_0"].shape[::-1])
-    narrow = RoadNetwork(
-        name="bus lanes",
-        file=network.file,
-        edges={**network.edges, "y": replace(network.edges["y"], lanes=(back,))},
-        lanes={**network.lanes, "y_0": back},
-        junctions={},
-        connections=network.connections,
-    )
+    narrow = y_drawn_as(network, network.lanes["x_0"].shape[::-1])
     loops = [make_loop(narrow, "bus", ["x", "a", "y", "b"]), make_loop(narrow, "car", ["x", "a", "b"])]
     layout = lay_out_queues(narrow, [(loop, DEFAULT_TYPE) for loop in loops])
     assert {"x_0", "y_0"}.isdisjoint(layout.places)
