@@ -253,6 +253,16 @@ def test_one_that_goes_first_sets_out_weakly_and_the_other_may_drive_above_limit
         assert hasty.found() == found
 
 
+@pytest.mark.parametrize("inside_m", [1.0, 10.0])
+def test_one_that_lends_its_crossing_may_be_held_so_it_does_not_go_first(inside_m: float) -> None:
+    """Before the stretch that both use, and on it."""
+    scene = Crossed("b", (20.0, 50.0 + inside_m))
+    scene.let_reach(100.0)
+    before = scene.found()
+    scene.b.lends = True
+    assert (before, scene.found()) == (BEFORE, IN_THE_WAY)
+
+
 @pytest.mark.parametrize(("front_m", "found"), [(60.0, IN_THE_WAY), (66.0, BEFORE)])
 @pytest.mark.parametrize("inside_m", [1.0, 10.0])
 def test_one_that_may_have_to_wait_itself_does_not_go_first(

@@ -22,6 +22,8 @@ LIGHT_M = 70.0
 class Scene:
     """A vehicle `lender` at a red light inside, 20 m behind its stop line; another, `other`, waits.
 
+    A third one, `behind`, has the same way as the lender.
+
     Behind the light their ways share 10 m. `into`: the place to which the other goes. `fixed`: whether the
     light has a fixed program. `inside`: whether the lender has left its stop line.
     """
@@ -50,7 +52,9 @@ class Scene:
             self.ledger.take_in(name, layout.path(way), 0, make, 1000.0)
             for name, way in zip(("lender", "other"), ways, strict=True)
         )
+        self.behind = self.ledger.take_in("behind", layout.path(ways[0]), 0, make, 1000.0)
         self.lender.front_m = self.other.front_m = 49.0
+        self.behind.front_m = 40.0
         self.ledger.ask(self.lender)
         self.step()
         self.drive(self.lender, LIGHT_M - 1.0 if inside else 49.5)
@@ -156,6 +160,26 @@ def test_it_lends_nothing_before_it_stands_inside() -> None:
     scene = Scene()
     scene.lender.speed = 1.0
     assert scene.waits()
+
+
+def test_it_lends_nothing_while_one_with_a_grant_may_count_on_it_to_go() -> None:
+    scene = Scene()
+    scene.ledger.grant(scene.other)
+    scene.step()
+    before = scene.lender.lends
+    scene.drive(scene.other, 68.0)
+    scene.step()
+    assert (before, scene.lender.lends) == (False, True)
+
+
+def test_who_gets_a_grant_behind_one_that_lends_is_behind_at_once() -> None:
+    """Others that are answered in the same step must not go first behind it."""
+    scene = Scene()
+    scene.ledger.withdraw(scene.other)
+    scene.step()
+    scene.ledger.ask(scene.behind)
+    scene.ledger.answer(scene.traffic.now_s + 1.0)
+    assert [scene.behind.asks, scene.behind.behind, scene.other.behind] == [False, True, False]
 
 
 def test_a_vehicle_to_the_same_place_does_not_go_first() -> None:
