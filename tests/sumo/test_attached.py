@@ -80,6 +80,7 @@ def of(happened: list[Happening], event: str) -> list[tuple[str, str]]:
     return [(row.vehicle, row.reason) for row in happened if row.event == event]
 
 
+@pytest.mark.slow
 def test_among_ordinary_traffic_with_an_owner_who_interferes(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ten minutes of the study, with more interference; both ways to SUMO make the same of it."""
     monkeypatch.setattr(attached, "EVERY_S", OFTEN)

@@ -169,6 +169,7 @@ def test_vehicles_with_stops_are_led_round_too(gate: str, tmp_path: Path) -> Non
     assert gate == "open" or (summary["audit"], summary["collisions"]) == ("clean", 0)
 
 
+@pytest.mark.slow
 def test_a_report_tells_of_closures_and_breakdowns(tmp_path: Path) -> None:
     """In the paragraph for a paper, in the table of runs, on the map, and in what must not happen."""
     for seed in (1, 2):

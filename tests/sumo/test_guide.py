@@ -18,7 +18,12 @@ pytestmark = pytest.mark.sumo
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
-LONG = {"audit", *(f"studies/{name}" for name in ("certified-gate", "queues", "theory", "throughput"))}
+LONG = {
+    "audit",
+    "recipes",
+    "watch",
+    *(f"studies/{name}" for name in ("certified-gate", "queues", "theory", "throughput")),
+}
 PAGES = sorted(str(file.relative_to(DOCS).with_suffix("")) for file in DOCS.rglob("*.md"))
 BLOCK = re.compile(r'^```(\w+)(?: title="([^"]+)")?\n(.*?)^```', re.MULTILINE | re.DOTALL)
 

@@ -157,6 +157,7 @@ def test_vehicles_drive_among_ordinary_ones_on_the_grid(drawn: Path) -> None:
     assert driven.km > 80
 
 
+@pytest.mark.slow
 def test_trips_depart_and_arrive_as_in_a_run(tmp_path: Path) -> None:
     """As many depart and arrive, and they drive as far, though some have to wait outside."""
     file = tmp_path / "trips.rou.xml"

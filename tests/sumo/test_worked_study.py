@@ -10,6 +10,7 @@ STUDY = Path(__file__).resolve().parents[2] / "analysis" / "worked_study.py"
 
 
 @pytest.mark.sumo
+@pytest.mark.slow
 def test_the_worked_study(tmp_path: Path) -> None:
     """24 simulations, none failed; tables are printed and the report is there."""
     result = subprocess.run(

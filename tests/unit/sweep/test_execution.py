@@ -156,6 +156,7 @@ run_sweep(sweep, sys.argv[1], workers=2, runner=sys.argv[2])
 """
 
 
+@pytest.mark.slow
 def test_killed_five_times_and_resumed_gives_the_undisturbed_table(fake_runner: str, tmp_path: Path) -> None:
     """Kill -9 some random time after two more rows are there, five times; the workers end with the sweep."""
     random = Random(1)
