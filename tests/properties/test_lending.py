@@ -8,6 +8,7 @@ import pytest
 from lent_crossings import look
 
 from loopgate.control import crossings, lending
+from loopgate.control.places import Vehicle
 
 
 def test_nobody_touches_and_nobody_is_stuck() -> None:
@@ -15,6 +16,20 @@ def test_nobody_touches_and_nobody_is_stuck() -> None:
     assert (found["touch"], found["stuck"], found["trespasses"]) == (0, 0, 0)
     assert found["lent"] > 1000
     assert found["arrived"] > 2000
+
+
+def test_nobody_is_stuck_where_vehicles_come_while_others_leave() -> None:
+    """Two places for two lie between crossings; who comes may stand on its crossing until others are out."""
+    found = look(range(100), between=2)
+    assert (found["touch"], found["stuck"], found["trespasses"]) == (0, 0, 0)
+    assert found["follows out"] > 150
+    assert found["lent"] > 500
+
+
+def test_not_all_that_leave_do_so_surely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If those count that lend, or come behind one that does, some are stuck."""
+    monkeypatch.setattr(Vehicle, "surely_leaves", lambda one, body: body is not one.bodies[-1])
+    assert look(range(40), between=2)["stuck"] > 0
 
 
 RULES = [

@@ -34,8 +34,8 @@ class CrossedRoads:
     """A system driven by the ledger, one step a second.
 
     Between two places lies a crossing, which excludes some others, drawn by lot. A vehicle that was granted
-    clears crossing and place after one to four seconds, and asks for the next as long after that, once it is
-    the first in its place.
+    clears crossing and place after one to four seconds, but not before there is a slot that others have left,
+    and asks for the next as long after that, once it is the first in its place.
 
     Parameters
     ----------
@@ -110,13 +110,17 @@ class CrossedRoads:
         """Let time pass: vehicles clear what they have driven over, and ask for more."""
         self.now_s += 1.0
         for entry in [entry for entry in self._clears_at if entry[0] <= self.now_s]:
+            one = self.vehicles[entry[1]]
+            if one.bodies[-1] in one.leg.place.bodies[one.leg.place.slots :]:
+                continue
             self._clears_at.remove(entry)
-            name = self.vehicles[entry[1]].name
+            name = one.name
             self.hand.cleared(name)
             self.hand.waits(name)
         for robot, at_s in enumerate(self._asks_at):
             one = self.vehicles[robot]
-            if at_s <= self.now_s and not one.asks and one.leg.place.line[0] is one:
+            ready = at_s <= self.now_s and len(one.bodies) == 1
+            if ready and not one.asks and one.leg.place.line[0] is one:
                 self.hand.asks(one.name, self.now_s)
 
     def decide(self) -> list[int]:
@@ -140,7 +144,8 @@ class CrossedRoads:
 
     def _look(self) -> None:
         for place in {one.leg.place for one in self.vehicles}:
-            assert len(place.line) <= len(place.bodies) <= place.slots
+            there = [body for body in place.bodies if not body.vehicle.trips]
+            assert max(len(place.line), len(there)) <= min(len(place.bodies), place.slots)
 
     def drive(self, seconds: int) -> None:
         """Drive for so long."""

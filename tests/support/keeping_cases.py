@@ -158,7 +158,7 @@ def nobody_sets_out_across_the_way() -> None:
 
 
 def no_way_is_cleared_to_a_slot_that_is_not_left_yet() -> None:
-    """While the rear of b is in the place that a wants, c may cross the way of a; then a goes first."""
+    """While b is led to a lane, with its rear where a wants to go, c may cross the way of a; then a goes."""
     paths = {"a": "p q", "b": "q t", "e": "q t", "c": "u v", "f": "u v"}
     capacity = {"p": 2, "q": 2, "t": 3, "u": 3, "v": 3}
     hand = by_hand(paths, capacity, {("p", "q"): X, ("u", "v"): Y})
@@ -166,6 +166,7 @@ def no_way_is_cleared_to_a_slot_that_is_not_left_yet() -> None:
     assert hand.decide(0.0) == [("a", "occupied")]
     hand.asks("b", 19.0)
     assert hand.decide(19.0) == [("b", "granted")]
+    hand["b"].steered = True
     hand.asks("c", 20.0)
     assert hand.decide(20.0) == [("c", "granted")]
     hand.left("b")

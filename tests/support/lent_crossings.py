@@ -4,6 +4,9 @@ A way leads from a lane over one or two lanes inside a joined crossing to a lane
 movement inside there may be a light. The vehicles are moved by an adversary: as far as it likes in each step,
 but never through a red light, into the vehicle ahead, or on while they are held. It knows cells, not foes:
 parts of two movements on which no two bodies may be at a time.
+
+A way may also lead over short places between two crossings. A vehicle that comes there while another leaves
+may stand on its crossing until that one is out.
 """
 
 from __future__ import annotations
@@ -30,6 +33,8 @@ from loopgate.traffic.base import Light, Phase, Program
 LONG_M: Final = 5.0
 MOVEMENT_M: Final = 6.0
 PLACE_M: Final = 20.0
+SHORT_M: Final = 12.5
+"""A place between two crossings fits two vehicles with their gaps, and no more [m]."""
 GAP_M: Final = 1.0
 PARTED_M: Final = 4.0
 """So far beyond a lane, the rear of a vehicle is no longer in the way of the vehicles that leave it."""
@@ -47,15 +52,17 @@ class Way(NamedTuple):
 class Town:
     """A drawn system, its vehicles, and the gate."""
 
-    def __init__(self, seed: int, *, lends: bool = True) -> None:
+    def __init__(self, seed: int, *, lends: bool = True, between: int = 0) -> None:
         self.rng = rng = random.Random(seed)
         inside = [f"l{k}" for k in range(rng.randint(1, 3))]
         long_m = {lane: float(rng.choice((6, 9, 14))) for lane in inside}
-        self.ways = [self._way(rng, inside, long_m) for _ in range(rng.randint(3, 6))]
+        long_m |= {f"m{k}": SHORT_M for k in range(between)}
+        draw = self._way_between if between else self._way
+        self.ways = [draw(rng, inside, long_m) for _ in range(rng.randint(3, 6))]
         moves = sorted({f"{a}>{b}" for way in self.ways for a, b in pairwise(way.lanes)})
         self.cells = self._cells(rng, moves)
         self.traffic = FakeTraffic({})
-        lit = [move for move in moves if move[0] == "l" and rng.random() < 0.8]
+        lit = [move for move in moves if move[0] in "lm" and rng.random() < 0.8]
         self.fixed = rng.random() < 0.5
         self.period = {move: (rng.randint(0, 9), rng.randint(6, 15)) for move in lit}
         self._shine()
@@ -69,19 +76,23 @@ class Town:
         self.lends = lends
         self.way_of: dict[Vehicle, Way] = {}
         self.found: Counter[str] = Counter()
-        self.made = 0
+        self.made = self.crammed = 0
 
     @staticmethod
     def _way(rng: random.Random, inside: list[str], long_m: dict[str, float]) -> Way:
         between = rng.sample(inside, rng.randint(1, min(2, len(inside)))) if rng.random() < 0.8 else []
-        lanes = (f"a{rng.randint(0, 2)}", *between, f"e{rng.randint(0, 2)}")
-        pieces, at_m = {lanes[0]: (0.0, PLACE_M)}, PLACE_M
-        for before, lane in pairwise(lanes):
-            pieces[f"{before}>{lane}"] = at_m, at_m + MOVEMENT_M
-            at_m += MOVEMENT_M
-            pieces[lane] = at_m, at_m + long_m.get(lane, PLACE_M)
-            at_m = pieces[lane][1]
-        return Way(lanes, pieces)
+        return _drawn((f"a{rng.randint(0, 2)}", *between, f"e{rng.randint(0, 2)}"), long_m)
+
+    @staticmethod
+    def _way_between(rng: random.Random, inside: list[str], long_m: dict[str, float]) -> Way:
+        """Draw a way over one or more places between crossings; it has no lane twice."""
+        places = [lane for lane in long_m if lane not in inside]
+        lanes, spare = [f"a{rng.randint(0, 2)}"], rng.sample(inside, len(inside))
+        for place in (*rng.sample(places, rng.randint(1, len(places))), f"e{rng.randint(0, 2)}"):
+            number = rng.randint(0, min(2, len(spare)))
+            lanes += [*spare[:number], place]
+            del spare[:number]
+        return _drawn(tuple(lanes), long_m)
 
     @staticmethod
     def _cells(rng: random.Random, moves: list[str]) -> dict[tuple[str, str], tuple[Span, Span]]:
@@ -101,19 +112,20 @@ class Town:
         return cells | {(other, one): (b, a) for (one, other), (a, b) in cells.items()}
 
     def _legs(self, way: Way) -> tuple[DrawnLeg, ...]:
+        legs: list[DrawnLeg] = []
         over: list[Crossing] = []
-        for move, (begin_m, _) in way.pieces.items():
-            if ">" in move:
-                ahead_m = begin_m - PLACE_M
-                shared = {other: part for (one, other), (part, _) in self.cells.items() if one == move}
+        here, (begin_m, end_m) = way.lanes[0], way.pieces[way.lanes[0]]
+        for piece, (from_m, to_m) in [*way.pieces.items()][1:]:
+            if ">" in piece:
+                ahead_m = from_m - end_m
+                shared = {other: part for (one, other), (part, _) in self.cells.items() if one == piece}
                 foes = {other: (low + ahead_m, high + ahead_m) for other, (low, high) in shared.items()}
-                over.append(Crossing(move, frozenset(foes), foes, 10.0, ahead_m))
-        begin_m, end_m = way.pieces[way.lanes[-1]]
-        return (
-            DrawnLeg(StateId(way.lanes[0]), 0.0, PLACE_M, tuple(over)),
-            DrawnLeg(StateId(way.lanes[-1]), begin_m, end_m),
-            DrawnLeg(StateId("away"), end_m, inf, away=True),
-        )
+                over.append(Crossing(piece, frozenset(foes), foes, 10.0, ahead_m))
+            elif not piece.startswith("l"):
+                legs.append(DrawnLeg(StateId(here), begin_m, end_m, tuple(over)))
+                over, here, begin_m, end_m = [], piece, from_m, to_m
+        legs.append(DrawnLeg(StateId(here), begin_m, end_m))
+        return (*legs, DrawnLeg(StateId("away"), end_m, inf, away=True))
 
     def _shine(self) -> None:
         """Set the lights of the next step."""
@@ -137,6 +149,7 @@ class Town:
             if near and vehicle.leg.place.line[0] is vehicle:
                 self.ledger.ask(vehicle)
         gone = self.ledger.answer(self.traffic.now_s)
+        self.crammed += sum(len(one.leg.place.bodies) > one.leg.place.slots for one in gone)
         self.lights.look(gone, [])
         if self.lends:
             self.lending.look(self.lights.at_red)
@@ -222,7 +235,7 @@ class Town:
             if ">" in name and rear_m < end_m and front_m > begin_m
         }
 
-    def run(self, steps: int = 150, empties_in: int = 400) -> Counter[str]:
+    def run(self, steps: int = 150, empties_in: int = 1500) -> Counter[str]:
         """Drive for so many steps while vehicles come, then until the last has arrived, at most so long."""
         for _ in range(steps):
             self.step(comes=True)
@@ -231,14 +244,29 @@ class Town:
                 break
             self.step(comes=False)
         self.found["stuck"] += bool(self.way_of)
+        self.found["follows out"] += self.crammed
         self.found["lent"] += self.lending.lent
         self.found["trespasses"] += self.ledger.trespasses
         return self.found
 
 
-def look(seeds: range, *, lends: bool = True) -> Counter[str]:
-    """Return what happens in drawn systems, one for each seed."""
+def _drawn(lanes: tuple[str, ...], long_m: dict[str, float]) -> Way:
+    """Return the way over these lanes."""
+    pieces, at_m = {lanes[0]: (0.0, PLACE_M)}, PLACE_M
+    for before, lane in pairwise(lanes):
+        pieces[f"{before}>{lane}"] = at_m, at_m + MOVEMENT_M
+        at_m += MOVEMENT_M
+        pieces[lane] = at_m, at_m + long_m.get(lane, PLACE_M)
+        at_m = pieces[lane][1]
+    return Way(lanes, pieces)
+
+
+def look(seeds: range, *, lends: bool = True, between: int = 0) -> Counter[str]:
+    """Return what happens in drawn systems, one for each seed.
+
+    `between`: how many places lie between crossings.
+    """
     found: Counter[str] = Counter()
     for seed in seeds:
-        found += Town(seed, lends=lends).run()
+        found += Town(seed, lends=lends, between=between).run()
     return found

@@ -19,7 +19,7 @@ from loopgate.audit.drawn_bodies import jumps
 from loopgate.audit.exclusion import Clash, Exclusion, Passages
 from loopgate.audit.layout import Layout, LoopLeg, LoopWay, VehicleBody
 from loopgate.audit.position_table import Positions, read_positions
-from loopgate.audit.stretches import ROUNDING_M, LoopStretches, lay_stretches
+from loopgate.audit.stretches import ROUNDING_M, LoopStretches, StretchGroup, lay_stretches
 from loopgate.audit.trace_audit import Finding
 from loopgate.errors import ResultsError
 from loopgate.results.columns import EVENT, PLACE, REASON, TAKEN_OUT, TIME, VEHICLE, Event
@@ -157,6 +157,7 @@ class LoopTable:
             self.first[lane_number] = begins[0]
         self.twice = {number: np.array(begins) for number, begins in self.begins.items() if len(begins) > 1}
         self.leg_ends = np.array([leg.end_m for leg in loop.legs])
+        self.states = [leg.state for leg in loop.legs]
         following = [*loop.legs[1:], *loop.legs[:1]]
         laps = [0.0] * (len(loop.legs) - 1) + [loop.length_m]
         gaps = [
@@ -291,6 +292,13 @@ class Traveller:
         within = self._end_m(given_up) - (arcs_m - self.body.length_m)
         rows = np.flatnonzero((given_up >= self.body.leg) & (within > ROUNDING_M))
         return rows, within[rows]
+
+    def leaving(self, at_s: float) -> list[str]:
+        """Return the states that it holds at a time and has a grant to leave."""
+        left = np.searchsorted(self._leaves_s, at_s, side="right")
+        granted = np.searchsorted(self._grants_s, at_s, side="right")
+        states = self._loop.states
+        return [states[leg % len(states)] for leg in range(self.body.leg + left, self.body.leg + granted)]
 
     def stands(
         self, time_s: Floats, arcs_m: Floats, speed_mps: Floats, lane: Ints
@@ -476,7 +484,7 @@ def audit_positions(
     - *conflict*: the layout has each conflict seen on the map over its whole length, and no movement leads
       over a place where a vehicle may wait (no positions needed);
     - *bodies*: no two bodies overlap, as rectangles on the ground at SUMO's positions;
-    - *room*: a place never has more bodies than slots;
+    - *room*: a place never has more bodies than slots; those with a grant to leave it do not count;
     - *ahead*: no front is beyond the last granted place;
     - *behind*: no rear is in a place that the vehicle has left according to the trace;
     - *lane*: no vehicle is on a lane outside its loop.
@@ -679,17 +687,24 @@ class _Audit:
         name = self._names[clash.vehicle]
         if group.kind == "place":
             place = group.names[0]
-            beside = [one for one in self._beside if one.place == place and one.at(clash.time_s)]
-            parked_m = sum(self._layout.vehicles[one.vehicle].needed_m for one in beside)
-            if clash.by - len(beside) <= group.room or clash.metres - parked_m <= group.metres:
-                return  # vehicles that are parked take no slot
-            text = f"{place}: holds {group.room}, but {name} is number {clash.by:.0f} on it"
+            there = [one for one in clash.there if not self._gives_back(one, place, group, clash.time_s)]
+            needs_m = sum(self._layout.vehicles[self._names[one]].needed_m for one in there)
+            if len(there) <= group.room or needs_m <= group.metres:
+                return
+            text = f"{place}: holds {group.room}, but {name} is number {len(there)} on it"
             self._add(clash.time_s, name, place, "room", text)
             return
         one, two = group.names
         early = "is still there" if np.isinf(clash.by) else f"leaves {clash.by:.2f} s later"
         text = f"{name}: on the stretch that {one} and {two} share, while {self._names[clash.other]} {early}"
         self._add(clash.time_s, name, one, group.kind, text)
+
+    def _gives_back(self, vehicle: int, place: str, group: StretchGroup, at_s: float) -> bool:
+        """Return whether a vehicle in a place takes no slot there: it is parked, or leaves a queue."""
+        name = self._names[vehicle]
+        if any(one.vehicle == name and one.place == place and one.at(at_s) for one in self._beside):
+            return True
+        return group.room > 1 and place in self._travellers[vehicle].leaving(at_s)
 
     def _bodies(self, positions: Positions, arcs_m: Floats) -> None:
         known = positions.vehicle >= 0

@@ -45,8 +45,7 @@ class Passages:
 class Clash:
     """A finding: `vehicle` came onto a stretch while `other` was on it, or came to a place that was full.
 
-    ``by``: on a stretch, how many seconds too early the vehicle came; in a place, how many vehicles were
-    there. `metres`: the length of these with their gaps [m].
+    ``by``: on a stretch, how many seconds too early the vehicle came. `there`: the vehicles in the place.
     """
 
     time_s: float
@@ -54,7 +53,7 @@ class Clash:
     vehicle: int
     other: int
     by: float
-    metres: float = 0.0
+    there: tuple[int, ...] = ()
 
 
 class Margins:
@@ -144,8 +143,8 @@ class Exclusion:
         metres = pd.Series(change_m).groupby(group).cumsum().to_numpy() + self._inside_m[group]
         full = (count > self._room[group]) & (metres > self._metres[group])
         clashes = [
-            Clash(float(time[k]), int(group[k]), int(vehicle[k]), -1, float(count[k]), float(metres[k]))
-            for k in np.flatnonzero((change > 0) & full)
+            Clash(at_s, int(group[k]), int(vehicle[k]), -1, 0.0, _there(rows, out_s, group[k], at_s))
+            for k, at_s in ((k, float(time[k])) for k in np.flatnonzero((change > 0) & full))
         ]
         np.add.at(self._inside, group, change)
         np.add.at(self._inside_m, group, change_m)
@@ -184,6 +183,12 @@ class Exclusion:
         closed = closed[later]
         self._left_s[side[closed], group[closed]] = out_s[closed]
         self._left_by[side[closed], group[closed]] = vehicle[closed]
+
+
+def _there(rows: Passages, out_s: Floats, group: int, at_s: float) -> tuple[int, ...]:
+    """Return the vehicles that are in a place at a time."""
+    inside = (rows.group == group) & (rows.time_s <= at_s) & (out_s > at_s)
+    return tuple(rows.vehicle[inside].tolist())
 
 
 def _match(key: Ints, left: Passages) -> Floats:

@@ -46,7 +46,8 @@ def audit_events(
 
     The audit counts the vehicles in each state by the events ``start``, ``grant`` and ``leave``. The rules:
 
-    - *capacity*: a state never has more vehicles than it holds, from the grant until the rear has left;
+    - *capacity*: a state never has more vehicles than it holds, from the grant until the rear has left; in a
+      FIFO state for two or more, until the grant to leave it;
     - *trespass*: a vehicle's front, as SUMO reports it, enters only granted states, in order;
     - *path*: a vehicle gets grants for the states of its path, in order;
     - *order*: vehicles get grants to leave a FIFO state in the order in which they entered it;
@@ -271,8 +272,11 @@ class _Books:
         held.append(vehicle)
         if place in self._fifo and place in self._room:
             self._queue[place].append(vehicle)
-        if len(held) > self._room.get(place, len(held)) and not self._fit(place, held):
-            text = f"{place}: holds {self._room[place]}, but {', '.join(held)} hold it at once"
+        most = self._room.get(place, len(held))
+        if most > 1 and place in self._fifo:  # those with a grant to leave are on their way out of it
+            held = [one for one in held if self._holding[one][-1] == place]
+        if len(held) > most and not self._fit(place, held):
+            text = f"{place}: holds {most}, but {', '.join(held)} hold it at once"
             self._add(at_s, vehicle, place, "capacity", text)
 
     def _fit(self, place: StateId, held: Sequence[str]) -> bool:

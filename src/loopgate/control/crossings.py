@@ -4,15 +4,16 @@ Two movements that conflict share a stretch. The other vehicle is in the way unt
 
 - Its rear is past the stretch.
 - Its front is on the stretch, and its rear will be past before the front of the vehicle that asks can get
-  there (`_relation`). Nothing holds the other vehicle there: it has a slot beyond, and SUMO lets no vehicle
-  go first that has another vehicle in its way.
+  there (`_relation`). Nothing holds the other vehicle there: it has room beyond, behind the vehicle ahead,
+  and SUMO lets no vehicle go first that has another vehicle in its way.
 - It will be past the stretch before the vehicle that asks comes into the junction (`_passes_first`). Until
   then SUMO finds neither in the way of the other. It must have passed all lights before the stretch.
 - It stands at a red light before the stretch, and has lent the rest of its crossing (`Lending`). The vehicle
   that asks must neither come behind it nor go to the same place.
 - The vehicle that asks will be past the stretch with its rear before the other vehicle can be there
-  (`_comes_later`). It must not have to wait for another vehicle or for a light. The other vehicle must not
-  go to the same place, since it is in the line there already.
+  (`_comes_later`). It must not have to wait for a light, or for another vehicle, also not for one that has
+  yet to leave its next place. The other vehicle must not go to the same place, since it is in the line there
+  already.
 
 For the vehicle that must be past first, the rule assumes a weak start and slow driving. For the vehicle that
 comes, it assumes the highest speed that limits and driver allow. The vehicle ahead in a place is assumed to
@@ -185,7 +186,7 @@ def _comes_later(
     inside_m = other.front_m - trip.line_m
     to_go_m = shared.from_m - inside_m
     joins = trip.into.place is vehicle.wanted()  # it is in the line there already, so it must come first
-    if vehicle.steered or joins or not vehicle.make.foreseen or to_go_m <= _BEYOND_M:
+    if joins or _may_be_slow(vehicle) or to_go_m <= _BEYOND_M:
         return False
     if vehicle.leg.stretch is not None and not vehicle.leg.is_quiet(now_s):
         return False
@@ -207,6 +208,12 @@ def _comes_later(
     room_m = min(_room_ahead_m(vehicle), vehicle.line_m + vehicle.leg.guide_m - vehicle.front_m)
     room_m -= make.length_m + _BEYOND_M
     return braking_time_s(to_m, room_m, slow, make.decel) + rear_s + _AHEAD_S <= comes_s
+
+
+def _may_be_slow(vehicle: Vehicle) -> bool:
+    """Return whether a vehicle may take any time: also if others must leave its next place first."""
+    wanted = vehicle.wanted()
+    return vehicle.steered or not vehicle.make.foreseen or (wanted is not None and wanted.is_full())
 
 
 def _own_red_s(vehicle: Vehicle, until_m: float, now_s: float) -> float:

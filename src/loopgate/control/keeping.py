@@ -54,7 +54,7 @@ def kept(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     wanted = vehicle.wanted()
     if wanted is None:
         return None
-    free = wanted.slots - len(wanted.bodies)
+    free = wanted.free()
     if wanted.mover is not None and wanted.mover is not vehicle:
         # From a place that is not full: no vehicle needs the slot that it gives back, so it leaves one more.
         here = vehicle.leg.place
@@ -153,7 +153,7 @@ class Keeping:
             wanted.kept_for = vehicle
             self._places.append(wanted)
         others = 0 if wanted.kept_for is vehicle else 1
-        if wanted.slots - len(wanted.bodies) < vehicle.takes_in(wanted) + others:
+        if wanted.free() < vehicle.takes_in(wanted) + others:
             return
         for over in vehicle.leg.passes:
             if over.movement.kept_for is not None:
@@ -232,4 +232,4 @@ class Keeping:
 def _is_too_long(vehicle: Vehicle) -> bool:
     """Return whether a vehicle finds no room in a place that has a free slot."""
     wanted = vehicle.wanted()
-    return wanted is not None and not (wanted.is_full() or vehicle.finds_room(wanted))
+    return wanted is not None and wanted.free() > 0 and not vehicle.finds_room(wanted)

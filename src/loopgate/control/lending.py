@@ -15,7 +15,7 @@ no vehicles wait for each other because of this.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 from loopgate.control.crossings import is_unsettled
@@ -110,13 +110,32 @@ def _find_those_behind(vehicles: Iterable[Vehicle], lenders: Iterable[Vehicle]) 
     found = list(lenders)
     while found:
         first = found.pop()
-        for trip, to_go_m in _ahead(first):
-            for other_m, other in on[trip.over.movement.lane]:
-                if other_m > to_go_m and not other.behind:
-                    other.behind = True
-                    found.append(other)
-            if trip.lent:
-                break  # others may come there first
+        for other in (*_come_behind(first, on), *_follow_out(first)):
+            if not other.behind:
+                other.behind = True
+                found.append(other)
+
+
+def _come_behind(first: Vehicle, on: Mapping[str, list[tuple[float, Vehicle]]]) -> Iterator[Vehicle]:
+    """Yield the vehicles whose crossing leads over a lane that another is on or has yet to pass.
+
+    `on`: for each lane the vehicles that it is ahead of, with how far they have to go to its end [m].
+    """
+    for trip, to_go_m in _ahead(first):
+        for other_m, other in on[trip.over.movement.lane]:
+            if other_m > to_go_m:
+                yield other
+        if trip.lent:
+            break  # others may come there first
+
+
+def _follow_out(first: Vehicle) -> Iterator[Vehicle]:
+    """Yield the vehicles that come to places whose slots are all held, and which another leaves."""
+    for body in first.bodies[:-1]:
+        bodies = body.place.bodies
+        if len(bodies) > body.place.slots:
+            for after in bodies[bodies.index(body) + 1 :]:
+                yield after.vehicle
 
 
 def _ahead(vehicle: Vehicle) -> Iterator[tuple[GrantedPass, float]]:

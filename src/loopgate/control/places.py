@@ -127,8 +127,19 @@ class Place:
         self.closed = self.cause = ""
 
     def is_full(self) -> bool:
-        """Return whether no slot is free."""
+        """Return whether vehicles hold all slots."""
         return len(self.bodies) >= self.slots
+
+    def free(self) -> int:
+        """Return how many more vehicles may come: slots of vehicles that surely leave count as free.
+
+        Not in a place for one: there vehicles do not queue. Negative if a vehicle no longer surely leaves.
+        """
+        held = len(self.bodies)
+        if held > len(self.line) and self.least > 1:
+            for body in self.bodies:
+                held -= body.vehicle.surely_leaves(body)
+        return self.slots - held
 
     def slots_with(self, credit_m: float) -> int:
         """Return how many slots there are with so many metres kept for longer vehicles."""
@@ -591,7 +602,23 @@ class Vehicle:
 
     def finds_room(self, place: Place) -> bool:
         """Return whether there are slots for it in a place."""
-        return place.slots - len(place.bodies) >= self.takes_in(place)
+        return place.free() >= self.takes_in(place)
+
+    def surely_leaves(self, body: Body) -> bool:
+        """Return whether it has its grant to leave the place of a body, and nothing keeps it there.
+
+        A light may, a vehicle ahead that lends its crossing, a change of lanes, a stop, or ordinary traffic.
+        """
+        if body is self.bodies[-1] or self.lends or self.behind or self.steered or self.stands:
+            return False
+        if self.stop_m < self.line_m or self.parks:
+            return False
+        for trip in self.trips:
+            if not trip.quiet or (
+                trip.light_m < body.out_m and trip.over.signal is not None and not trip.lit
+            ):
+                return False
+        return True
 
     def idles(self) -> bool:
         """Return whether it stays where it is for now, so that nothing should be kept for it."""

@@ -31,7 +31,8 @@ def room(vehicle: Vehicle, _now_s: float) -> Refusal | None:
     if wanted.closed:
         return Refusal(wanted.closed, [wanted], cause=wanted.cause)
     if wanted.shut or not vehicle.finds_room(wanted):
-        return Refusal("occupied", [wanted])
+        # A vehicle that leaves may surely do so from the next step on.
+        return Refusal("occupied", [wanted], outside=len(wanted.bodies) > len(wanted.line))
     for ahead, other in enumerate(reversed(wanted.line)):
         if other.stop_m >= other.line_m:
             continue  # as `stops_here`, written out since it is asked for each vehicle in the line

@@ -266,6 +266,21 @@ def test_more_bodies_than_a_place_holds(tmp_path: Path) -> None:
     assert found.findings[0].at_s == pytest.approx(11.0, abs=0.01)
 
 
+def test_a_body_with_a_grant_to_leave_a_queue_takes_no_slot_there(tmp_path: Path) -> None:
+    """If B_0 held two, v1 with its grant and v2 and v3 without might be there, but not three without."""
+    plan = dataclasses.replace(layout(), room={"A_0": 2, "B_0": 2, "C_0": 2, "D_0": 2})
+    plan = dataclasses.replace(plan, vehicles={**plan.vehicles, "v4": VehicleBody("a", 5.0, 1.8, 0.0, 0)})
+    ways = {
+        "v1": drive(20.0, 5.0, until_m=112.0),
+        "v3": drive(10.0, 5.0, until_m=100.0),
+        "v4": drive(0.0, 5.0, until_m=90.0),
+    }
+    granted = [(0.0, name, "grant", "B_0") for name in ways]
+    assert rules(audit(tmp_path, ways, [*granted, (5.0, "v1", "grant", "A_0")], plan)) == []
+    ways["v1"] = drive(20.0, 5.0, until_m=108.0)
+    assert rules(audit(tmp_path, ways, granted, plan)) == ["room"]
+
+
 def test_who_is_on_the_road_before_it_is_under_the_gate_takes_no_slot(tmp_path: Path) -> None:
     """SUMO inserts v3, the gate takes it out after a step, and lets it depart again later."""
     ways = {"v1": drive(20.0, 5.0, until_m=112.0), "v3": drive(10.0, 5.0, until_m=70.0)}

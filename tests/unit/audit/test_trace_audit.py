@@ -122,6 +122,20 @@ def test_who_comes_or_goes_otherwise_is_found(rows: list[Row], broken: list[str]
     assert on_road(rows) == broken
 
 
+def test_who_has_a_grant_to_leave_a_queue_takes_no_slot_there() -> None:
+    """In a state for one it takes the slot until its rear has left."""
+    ways = system(
+        dict.fromkeys(("r1", "r2", "r3"), "f g h"),
+        capacity={"f": 3, "g": 2, "h": 3},
+        fifo=("f", "g", "h"),
+    )
+    rows: list[Row] = [(0.0, name, "start", "f") for name in ("r1", "r2", "r3")]
+    rows += [(1.0, "r1", "grant", "g"), (2.0, "r2", "grant", "g")]
+    assert [one.rule for one in audit_events(trace([*rows, (3.0, "r3", "grant", "g")]), ways)] == ["capacity"]
+    rows.append((3.0, "r1", "grant", "h"))
+    assert audit_events(trace([*rows, (4.0, "r3", "grant", "g")]), ways) == []
+
+
 def test_who_comes_into_a_full_place_is_found() -> None:
     """Those that join are judged by the rooms of a run; the third in a place of two is one too many."""
     third = Robot(RobotId("r3"), ROAD.robots[0].path, closed=False)

@@ -14,7 +14,7 @@ from loopgate.control.crossings import in_the_way
 from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
-from loopgate.control.places import Foe, GrantedPass, Make, Pass, Vehicle, shared_by
+from loopgate.control.places import Foe, GrantedPass, Leg, Make, Pass, Vehicle, shared_by
 from loopgate.control.roads import RoadEdge, RoadLane, RoadStretch
 from loopgate.control.rules import crossing
 from loopgate.model import StateId
@@ -370,6 +370,17 @@ def test_no_vehicle_goes_first_where_something_may_stop_or_slow_it() -> None:
     steered = Crossed("b", (49.9, 50.0), **where)
     steered.a.steered = True
     assert steered.found() == IN_THE_WAY
+
+
+def test_no_vehicle_goes_first_to_a_place_that_others_must_leave_before() -> None:
+    """They may wait for one that it goes before."""
+    scene = Crossed("b", (49.9, -35.0))
+    wanted = scene.a.wanted()
+    assert wanted is not None
+    wanted.slots = 1
+    assert scene.found() == LATER
+    scene.ledger.take_in("last", [Leg(wanted)], 0)
+    assert scene.found() == IN_THE_WAY
 
 
 def test_a_vehicle_that_is_to_stop_by_itself_on_its_way_is_in_the_way() -> None:

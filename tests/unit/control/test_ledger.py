@@ -249,6 +249,66 @@ def test_a_slot_is_looked_at_anew_when_a_place_ahead_fills() -> None:
     assert leaves.back_m == 45.0  # a has a slot free: it keeps its own until its rear is over the junction
 
 
+def leaving(slots: int = 2) -> tuple[Ledger, Vehicle, Vehicle]:
+    """Let the second of three places be full, with one vehicle on its way out; two come."""
+    make = Make(5.0, 2.6, 4.5, 14.0, 1.0)
+    places = [Place("a", 2), Place("b", slots), Place("c", 2)]
+    path = joined([Leg(one, k, 40.0 * k, 40.0 * k + 20.0) for k, one in enumerate(places)], closed=True)
+    ledger = Ledger(usual())
+    for name, at in [*[("goes", 1), ("stays", 1)][:slots], ("comes", 0), ("more", 0)]:
+        ledger.take_in(name, path, at, make, 120.0)
+    goes, comes = ledger.vehicles["goes"], ledger.vehicles["comes"]
+    ledger.ask(goes)
+    assert ledger.answer() == [goes]
+    return ledger, goes, comes
+
+
+def test_the_slot_of_one_that_surely_leaves_is_free_and_no_more() -> None:
+    ledger, goes, comes = leaving()
+    b, more = goes.bodies[0].place, ledger.vehicles["more"]
+    assert (b.free(), b.is_full()) == (1, True)
+    ledger.ask(comes)
+    assert ledger.answer() == [comes]
+    ledger.ask(more)
+    assert (ledger.answer(), more.reason, b.free()) == ([], "occupied", 0)
+    goes.front_m = goes.bodies[0].out_m
+    ledger.passed(goes)
+    assert (ledger.answer(), b.free()) == ([], 0)
+
+
+@pytest.mark.parametrize(
+    "kept",
+    [
+        ("steered", True),
+        ("lends", True),
+        ("behind", True),
+        ("stands", "b"),
+        ("stop_m", 90.0),
+        ("parks", True),
+    ],
+    ids=lambda kept: str(kept[0]),
+)
+def test_the_slot_of_one_that_something_may_keep_is_free_once_that_ends(kept: tuple[str, object]) -> None:
+    """The one that comes is looked at in each step."""
+    ledger, goes, comes = leaving()
+    name, value = kept
+    before = getattr(goes, name)
+    setattr(goes, name, value)
+    ledger.ask(comes)
+    assert (ledger.answer(), comes.reason) == ([], "occupied")
+    setattr(goes, name, before)
+    assert ledger.answer() == [comes]
+
+
+def test_a_place_for_one_is_free_only_once_a_rear_has_left_it() -> None:
+    ledger, goes, comes = leaving(1)
+    ledger.ask(comes)
+    assert (ledger.answer(), comes.reason) == ([], "occupied")
+    goes.front_m = goes.bodies[0].out_m
+    ledger.passed(goes)
+    assert ledger.answer() == [comes]
+
+
 def test_a_time_wakes_at_that_time() -> None:
     def early(_vehicle: Vehicle, now_s: float) -> Refusal | None:
         return Refusal("early", at_s=20.0) if now_s < 20.0 else None
