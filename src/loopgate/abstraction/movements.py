@@ -222,12 +222,12 @@ class Stretch:
     first_m: float
     last_m: float
     """`first_m` and `last_m`: where the place before begins, and where the place after ends [m]."""
-    lanes: frozenset[int] | None = None
-    """The lanes over which it leads, by index; None for all."""
+    lanes: frozenset[int]
+    """The lanes over which it leads, by index."""
 
     def covers(self, lane: int) -> bool:
         """Return whether it leads over a lane."""
-        return self.lanes is None or lane in self.lanes
+        return lane in self.lanes
 
     def passage(self, lane: int, to_lane: int) -> Passage:
         """Return the passage over the stretch from one lane to another, or along one lane."""
@@ -286,9 +286,9 @@ def lay_stretches(
 
     A stretch for lane changes lies in the middle of its edge, on fast roads farther on, with a place before
     and a place after. If the edge is too short for both, the place after stays if it fits. Otherwise the
-    stretch takes the whole edge; so does a stretch on a narrow edge. If nobody changes lanes on a narrow
-    edge, the stretch leads over those of its lanes only that are near lanes of other edges. If the whole edge
-    is too short to change lanes, the caller must refuse the loop.
+    stretch takes the whole edge; so does a stretch on a narrow edge. It leads over the lanes only that a
+    change leaves, passes or reaches, and on a narrow edge over those that are near lanes of other edges. If
+    the whole edge is too short to change lanes, the caller must refuse the loop.
 
     An edge with a part long enough for a place is not narrow, however near other lanes come to the rest: a
     vehicle before or after that part is under way on the movement that leads there.
@@ -310,7 +310,7 @@ def lay_stretches(
         The stretches by edge, and the pairs of lanes of narrow edges that are near each other.
     """
     needed: dict[str, float] = {}
-    changing: dict[str, None] = {}
+    changing: dict[str, set[int]] = {}
     lanes: dict[str, None] = {}
     for loop, kind in users:
         for span in loop.spans:
@@ -320,7 +320,7 @@ def lay_stretches(
             low, high = sorted((span.lane, span.lane_in))
             lanes.update((network.edges[span.edge].lanes[k].id, None) for k in range(low, high + 1))
             if low != high:
-                changing[span.edge] = None
+                changing.setdefault(span.edge, set()).update(range(low, high + 1))
     if near is None:
         near = narrow_lanes(network, lanes, reach_m=reach_m)
     else:
@@ -333,9 +333,9 @@ def lay_stretches(
     for lane, _ in near:
         near_lanes.setdefault(network.lanes[lane].edge, set()).add(network.lanes[lane].index)
     stretches = {
-        edge: _whole(edge, network.edges[edge].length_m, None if edge in changing else near_lanes[edge])
+        edge: _whole(edge, network.edges[edge].length_m, changing.get(edge, set()) | near_lanes[edge])
         if edge in whole
-        else _lay_stretch(network.edges[edge], needed[edge], free[edge])
+        else _lay_stretch(network.edges[edge], needed[edge], free[edge], changing[edge])
         for edge in (*changing, *sorted(whole - changing.keys()))
     }
     return stretches, narrow
@@ -348,12 +348,11 @@ def _free(edge: Edge, lanes: Container[str], parts: Mapping[str, FreePart]) -> F
     return FreePart(begin_m, min((part.end_m for part in own), default=edge.length_m))
 
 
-def _whole(edge: str, length_m: float, lanes: Iterable[int] | None = None) -> Stretch:
-    only = None if lanes is None else frozenset(lanes)
-    return Stretch(edge, 0.0, length_m, 0.0, length_m, only)
+def _whole(edge: str, length_m: float, lanes: Iterable[int]) -> Stretch:
+    return Stretch(edge, 0.0, length_m, 0.0, length_m, frozenset(lanes))
 
 
-def _lay_stretch(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
+def _lay_stretch(edge: Edge, needed_m: float, free: FreePart, lanes: Iterable[int]) -> Stretch:
     place_m = least_place_m(needed_m)
     least_m = least_change_m(needed_m)
     free_m = free.end_m - free.begin_m
@@ -368,11 +367,11 @@ def _lay_stretch(edge: Edge, needed_m: float, free: FreePart) -> Stretch:
         if fast > 1.0:
             behind_m = min(behind_m, _SLOTS_BEHIND * needed_m + CLEARANCE_M + HOLD_MARGIN_M)
         end_m = free.end_m - behind_m
-        return Stretch(edge.id, end_m - stretch_m, end_m, *free)
+        return Stretch(edge.id, end_m - stretch_m, end_m, *free, frozenset(lanes))
     if free_m >= least_m + place_m:
         end_m = free.begin_m + min(roomy_m, free_m - place_m)
-        return Stretch(edge.id, 0.0, end_m, 0.0, free.end_m)
-    return _whole(edge.id, edge.length_m)
+        return Stretch(edge.id, 0.0, end_m, 0.0, free.end_m, frozenset(lanes))
+    return _whole(edge.id, edge.length_m, lanes)
 
 
 Narrow = frozenset[tuple[str, str]]

@@ -357,7 +357,7 @@ class _Plan:
         self._stays: dict[str, float] = {}
         for (loop, kind), count in counts.items():
             for span in loop.roads:
-                # A stretch cuts all lanes of its edge at the same places, so the edge's longest counts.
+                # A stretch cuts its lanes at the same places, so the longest on the edge counts.
                 on = self._on(span)
                 needs.setdefault(on, Counter())[kind.needed_m] += count
                 stays_m = (kind.needed_m if loop.closed else 0.0) if own_lengths else math.inf

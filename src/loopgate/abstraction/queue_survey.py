@@ -269,9 +269,11 @@ def _joined(itineraries: Sequence[Itinerary], layout: QueueLayout) -> tuple[Join
     users: dict[str, dict[str, None]] = {}
     for itinerary in itineraries:
         loop = itinerary.loop
-        used = {leg.line.edge for leg in itinerary.legs} | layout.stretches.keys()
-        for span in loop.spans:
-            if not span.internal and span.edge not in used:
+        used = {(leg.line.edge, leg.line.lane) for leg in itinerary.legs}
+        for span in loop.roads:
+            stretch = layout.stretches.get(span.edge)
+            on_stretch = stretch is not None and stretch.covers(span.lane)
+            if not on_stretch and (span.edge, span.lane) not in used:
                 lengths[span.lane_id] = span.length_m
                 users.setdefault(span.lane_id, {})[loop.id] = None
     return tuple(JoinedLane(lane, length, tuple(users[lane])) for lane, length in lengths.items())

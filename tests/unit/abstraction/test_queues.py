@@ -199,7 +199,7 @@ def test_an_edge_too_short_to_change_lanes_on_is_named_with_what_it_takes() -> N
 
 
 def test_where_one_loop_changes_lanes_the_others_cross_its_stretch() -> None:
-    """All lanes of the edge are cut; one that stays on lane 0 and one that comes to it exclude each other."""
+    """One that stays on lane 0 and one that comes to it exclude each other."""
     network = apart(roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1", "b_0>a_0"]))
     edges = ["a", "b"]
     change = roads({"a": (100.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "b_0>a_1"])
@@ -210,6 +210,24 @@ def test_where_one_loop_changes_lanes_the_others_cross_its_stretch() -> None:
     assert [leg.state for leg in other] == ["a_0/1", "a_0/2", "b_0"]
     assert one[0].crossings[0].foes == {"a:0>0"}
     assert other[0].crossings[0].foes == {"a:1>0"}
+
+
+def test_lanes_over_which_nobody_changes_are_not_cut() -> None:
+    """From lane 2 to lane 1, beside lane 0; and over lane 1, from lane 2 to lane 0."""
+    ways = ["a_0>b_0", "a_1>b_1", "b_0>a_0", "b_1>a_2"]
+    network = apart(roads({"a": (100.0, 3), "b": (80.0, 2)}, [*ways, "b_0>a_1"]))
+    changes = make_loop(
+        roads({"a": (100.0, 3), "b": (80.0, 2)}, ["a_1>b_1", "b_1>a_2"]), "changes", ["a", "b"]
+    )
+    stays = make_loop(network, "stays", ["a", "b"])
+    layout = lay_out_queues(network, [(changes, DEFAULT_TYPE), (stays, DEFAULT_TYPE)])
+    assert [leg.state for leg in layout.itineraries["changes"].legs] == ["a_2/1", "a_1/2", "b_1"]
+    assert [leg.state for leg in layout.itineraries["stays"].legs] == ["a_0", "b_0"]
+    assert layout.places["a_0"].length_m == 100.0
+    wide = roads({"a": (100.0, 3), "b": (80.0, 2)}, ["a_0>b_1", "b_1>a_2"])
+    assert lay_out_queues(apart(wide), [(make_loop(wide, "wide", ["a", "b"]), DEFAULT_TYPE)]).stretches[
+        "a"
+    ].lanes == {0, 1, 2}
 
 
 def test_where_sumo_could_choose_a_lane_a_stop_leads_to_the_loops_own() -> None:
