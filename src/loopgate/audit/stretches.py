@@ -1,9 +1,10 @@
 """Stretches of loops with a limit on vehicles: a number of bodies, or one direction at a time."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -111,8 +112,27 @@ def _crossings(loop: LoopWay) -> Iterator[_Row]:
                 if sized is not None:
                     yield from _by_size(sized, movement, foe)
                     continue
-                begin, end = stretch or (leg.end_m, behind)
+                begin, end = stretch or _on_edge(loop, movement, leg.end_m, behind)
                 yield _pair("crossing", movement, foe), int(movement > foe), begin, end, _ANY
+
+
+_PASSAGE = re.compile(r"(.+):\d+>\d+")
+"""The name of a way over a stretch of an edge: the edge, and two of its lanes."""
+
+
+def _on_edge(loop: LoopWay, movement: str, begin_m: float, end_m: float) -> tuple[float, float]:
+    """Return the part of a crossing on the edge of a passage; the whole crossing for other movements [m].
+
+    Who stands at a light before a narrow street may have let others over it first.
+    """
+    passage = _PASSAGE.fullmatch(movement)
+    edge = passage[1] if passage else ""
+    on_it = [span for span in loop.spans if any(lane.rpartition("_")[0] == edge for lane in span.lanes)]
+    for span, lap_m in product(on_it, (0.0, loop.length_m)):
+        low, high = max(span.begin_m + lap_m, begin_m), min(span.end_m + lap_m, end_m)
+        if low < high:
+            return low, high
+    return begin_m, end_m
 
 
 def _by_size(sized: SizedStretches, movement: str, foe: str) -> Iterator[_Row]:

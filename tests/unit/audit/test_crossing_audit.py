@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from loopgate.audit.drawing import Meeting, Side, conflicts_by_loop, find_meetin
 from loopgate.audit.drawn_bodies import LaneOnWay, draw_bodies, driven
 from loopgate.audit.layout import LoopLeg, LoopSpan, LoopWay, SizedStretches, VehicleBody
 from loopgate.audit.position_table import Positions
+from loopgate.audit.stretches import lay_stretches
 from loopgate.cache import Cache
 from loopgate.errors import ResultsError
 from loopgate.network.bridges import Bridge
@@ -241,6 +243,27 @@ def test_stretches_by_length(length_m: float, broken: list[str], tmp_path: Path)
     write_layout(plan, tmp_path / "layout.json")
     ways = {"v1": drive(20.0, 5.0, until_m=90.0), "v2": drive(20.0, 5.0, until_m=51.0)}
     assert rules(audit(tmp_path, ways, GRANTED, read_layout(tmp_path / "layout.json"))) == broken
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_narrow_street_is_shared_on_its_own_edge_alone(first: int) -> None:
+    """Who stands before it, inside the crossing, may have let others over it; other foes have no edge.
+
+    The loop begins at A_0, or on the narrow street itself.
+    """
+    lanes = [("A_0", 50.0), (":J_0", 10.0), ("B_0", 20.0), (":K_0", 10.0), ("C_0", 50.0), (":L_0", 10.0)]
+    lanes = lanes[2 * first :] + lanes[: 2 * first]
+    at_m = dict(zip([lane for lane, _ in lanes], [0.0, *accumulate(size for _, size in lanes)], strict=False))
+    over = ("A_0>B_0", {"X_0>Y_0": None}), ("B:0>0", {"Y:0>0": None})
+    legs = {name: LoopLeg(name, at_m[name], at_m[name] + 49.9, ()) for name in ("A_0", "C_0")}
+    legs["A_0"] = dataclasses.replace(legs["A_0"], crossings=over)
+    spans = tuple(LoopSpan(at_m[lane], at_m[lane] + size, (lane,)) for lane, size in lanes)
+    way = LoopWay(150.0, spans, tuple(sorted(legs.values(), key=lambda leg: leg.begin_m)))
+    plan = dataclasses.replace(layout(), room={}, loops={"a": way})
+    found = lay_stretches(plan, {"a": []}).loops["a"]
+    begins_m, ends_m = found.begin_m - legs["A_0"].begin_m, found.end_m - legs["A_0"].begin_m
+    assert begins_m.round(1).tolist() == [49.9, 60.0]
+    assert ends_m.round(1).tolist() == [90.0, 80.0]
 
 
 def test_a_stretch_halved(tmp_path: Path) -> None:
