@@ -230,6 +230,19 @@ def test_lanes_over_which_nobody_changes_are_not_cut() -> None:
     ].lanes == {0, 1, 2}
 
 
+def test_a_short_lane_beside_a_change_of_lanes_is_told_to_join_the_crossing() -> None:
+    """On s, 12 m long, one loop changes from lane 2 to lane 1; one stays on lane 0, too short to wait on."""
+    edges = {"a": (80.0, 3), "s": (12.0, 3), "b": (80.0, 2)}
+    ways = ["a_0>s_0", "s_0>b_0", "b_0>a_0", "a_2>s_2", "s_1>b_1", "b_1>a_2"]
+    network = apart(roads(edges, ways))
+    loops = [
+        make_loop(roads(edges, some), name, list(edges))
+        for name, some in (("on", ways[:3]), ("changes", ways[3:]))
+    ]
+    found = survey_queues(network, [(loop, DEFAULT_TYPE) for loop in loops])
+    assert [(one.lane, one.loops) for one in found.joined] == [("s_0", ("on",))]
+
+
 def test_where_sumo_could_choose_a_lane_a_stop_leads_to_the_loops_own() -> None:
     """From b to either lane of a: the stop at the end of the lane is done with once the vehicle is on it."""
     fork = apart(roads({"a": (80.0, 2), "b": (80.0, 1)}, ["a_0>b_0", "a_1>b_0", "b_0>a_0", "b_0>a_1"]))

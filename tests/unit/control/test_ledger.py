@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import pytest
+from fake_traffic import FakeTraffic
 
 from loopgate.control.chain import circle_from, closes, closes_by_entering, closes_by_returning
 from loopgate.control.departures import AT_LIGHTS, is_crowded
+from loopgate.control.lamps import Lamp, Signal
 from loopgate.control.ledger import Ledger
 from loopgate.control.parking import come_back, has_slot_for, line_up, mend_order, put_in_order
 from loopgate.control.places import (
     ConflictGroup,
+    GrantedPass,
     Leg,
     Make,
     Movement,
@@ -298,6 +301,23 @@ def test_the_slot_of_one_that_something_may_keep_is_free_once_that_ends(kept: tu
     assert (ledger.answer(), comes.reason) == ([], "occupied")
     setattr(goes, name, before)
     assert ledger.answer() == [comes]
+
+
+@pytest.mark.parametrize(("light_m", "free"), [(59.0, 0), (66.0, 1)])
+def test_a_light_keeps_one_that_has_not_passed_it_with_its_rear_in_the_place(
+    light_m: float, free: int
+) -> None:
+    """Its rear is out with its front at 65 m."""
+    _, goes, _ = leaving()
+    signal = Signal(Lamp("t", FakeTraffic({})), 0, 14.0)
+    over = Pass(Movement("m", ConflictGroup()), 14.0, 0.0, light_m - 60.0, signal)
+    trip = GrantedPass(goes.bodies[1], Leg(goes.bodies[0].place), over, 1, 60.0, 85.0)
+    goes.trips.append(trip)
+    before = goes.bodies[0].place.free()
+    trip.lit = True
+    assert (before, goes.bodies[0].place.free()) == (free, 1)
+    trip.quiet = False  # an ordinary vehicle is near its way
+    assert goes.bodies[0].place.free() == 0
 
 
 def test_a_place_for_one_is_free_only_once_a_rear_has_left_it() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from fake_traffic import FakeTraffic
 
 from loopgate.abstraction.itinerary import Crossing, DrawnLeg
@@ -10,7 +11,7 @@ from loopgate.control.layout import PlaceLayout
 from loopgate.control.ledger import Ledger
 from loopgate.control.lending import Lending
 from loopgate.control.lights import PATIENCE_S, Lights
-from loopgate.control.places import Make, Vehicle
+from loopgate.control.places import Leg, Make, Vehicle
 from loopgate.control.rules import crossing, room
 from loopgate.model import StateId
 from loopgate.traffic.base import Light, Phase, Program
@@ -180,6 +181,20 @@ def test_who_gets_a_grant_behind_one_that_lends_is_behind_at_once() -> None:
     scene.ledger.ask(scene.behind)
     scene.ledger.answer(scene.traffic.now_s + 1.0)
     assert [scene.behind.asks, scene.behind.behind, scene.other.behind] == [False, True, False]
+
+
+@pytest.mark.parametrize(("slots", "counts"), [(2, True), (3, False)])
+def test_who_counts_on_one_behind_to_leave_a_place_is_behind_too(slots: int, counts: bool) -> None:  # noqa: FBT001  a case
+    """Three hold slots of the place, with the lender: one more than there are, or as many."""
+    scene = Scene()
+    scene.ledger.withdraw(scene.other)
+    scene.step()
+    scene.ledger.grant(scene.behind)
+    west = scene.behind.bodies[0].place
+    comes = scene.ledger.take_in("comes", [Leg(west)], 0)
+    west.slots = slots
+    scene.step()
+    assert (scene.behind.behind, comes.behind) == (True, counts)
 
 
 def test_a_vehicle_to_the_same_place_does_not_go_first() -> None:
