@@ -13,6 +13,7 @@ from made_networks import netgenerate
 from loopgate import Scenario
 from loopgate.audit import read_layout
 from loopgate.network import RoadNetwork
+from loopgate.results.figures import summary_rows
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import simulate
 
@@ -60,6 +61,7 @@ def test_they_depart_and_go_on_where_fewer_stand(tmp_path: Path) -> None:
     assert (summary["audit"], summary["clean"], summary["arrived"]) == ("clean", True, TRIPS)
     chosen = summary["lane_choice"]
     assert min(chosen["at_departure"], chosen["on_the_way"]) > 0
+    assert f"anew {chosen['on_the_way']} times" in dict(summary_rows(summary))["lane choice"]
     events = pd.read_parquet(tmp_path / "out" / "events.parquet")
     assert (events["event"] == "reroute").sum() == chosen["on_the_way"]
     vehicles = pd.read_parquet(tmp_path / "out" / "vehicles.parquet").set_index("vehicle")["loop"]

@@ -12,6 +12,7 @@ import sumo
 
 from loopgate import Scenario
 from loopgate.control.lending import Lending
+from loopgate.results.figures import FIGURES, summary_rows
 from loopgate.simulation.run import simulate
 
 pytestmark = pytest.mark.sumo
@@ -57,6 +58,11 @@ def test_others_use_the_green_that_would_pass_unused(
     for made in (lends, keeps):
         assert (made["clean"], made["audit"], made["collisions"]) == (True, "clean", 0)
         assert made["at_lights"]["stood"] > 20
+    lent, by_name = lends["at_lights"]["lent"], dict(summary_rows(lends))
+    assert 0 < lent <= lends["at_lights"]["stood"]
+    assert keeps["at_lights"]["lent"] == 0
+    assert f", {lent} times others went over the crossing first" in by_name["lights"]
+    assert set(lends) <= {key for figure in FIGURES for key in figure.keys.split()}
     assert delay_s(tmp_path / "lends", "second") < 0.6 * delay_s(tmp_path / "keeps", "second")
 
 

@@ -190,8 +190,19 @@ def _lights(summary: Summary) -> Rows:
     if not lights:
         return []
     stood = f"{lights['stood']} with a grant stood at a red, {lights['stood_s']:.0f} s in all"
+    if lent := lights.get("lent"):
+        stood += f", {lent} times others went over the crossing first"
     text = f"{lights['grants']} grants into green; {stood}; longest red {lights['longest_red_s']:.0f} s"
     return [("lights", text)]
+
+
+def _lane_choice(summary: Summary) -> Rows:
+    """Return the row about trips that took other lanes than planned, if any could."""
+    chosen = summary.get("lane_choice", {})
+    if not any(chosen.values()):
+        return []
+    text = f"{counted(chosen['at_departure'], 'trip')} departed on other lanes than planned"
+    return [("lane choice", f"{text}; on the way lanes were chosen anew {chosen['on_the_way']} times")]
 
 
 def _others(summary: Summary) -> Rows:
@@ -461,6 +472,12 @@ FIGURES: Final[tuple[Figure, ...]] = (
         "rerouting",
         "with [rerouting](any-traffic.md#led-another-way): `vehicles`, `rerouted` vehicles, `times`",
     ),
+    Figure(
+        "lane_choice",
+        "trips that took [other lanes than planned](any-traffic.md#what-is-read): how many `at_departure`, "
+        "how often `on_the_way`",
+        _lane_choice,
+    ),
     Figure("spacing", "", _spacing),
     Figure("drivers", "", _drivers),
     Figure(
@@ -564,8 +581,9 @@ FIGURES: Final[tuple[Figure, ...]] = (
     Figure(
         "at_lights",
         "with lights obeyed: `grants` into green; vehicles that `stood` at red with a grant "
-        "(`stood_s` [s]); vehicles that crossed a line `on_red`; the longest wait for green "
-        "(`longest_red_s` [s], `longest_red_at`)",
+        "(`stood_s` [s]), and how often they [let others over the crossing first]"
+        "(studies/queues.md#traffic-lights) (`lent`); vehicles that crossed a line `on_red`; "
+        "the longest wait for green (`longest_red_s` [s], `longest_red_at`)",
         _lights,
     ),
     Figure(

@@ -95,5 +95,7 @@ class Ground:
         """Return the figures of lights and ordinary traffic for ``summary.json``."""
         told: dict[str, Any] = {}
         if self._obeys and self._driving is not None:
-            told |= ObeyedLights(self._lamps, self._signals, self.itineraries, self._driving.lights).report()
+            driving = self._driving
+            rules = driving.lights, driving.lending
+            told |= ObeyedLights(self._lamps, self._signals, self.itineraries, *rules).report()
         return told | (self._roads.report() if self._roads else {})

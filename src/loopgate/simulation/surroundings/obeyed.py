@@ -9,6 +9,7 @@ from typing import Any
 
 from loopgate.abstraction.itinerary import Itinerary
 from loopgate.control.lamps import OPEN, Lamp, Signal
+from loopgate.control.lending import Lending
 from loopgate.control.lights import Lights
 from loopgate.network import RoadNetwork
 from loopgate.network.road import RAIL_CROSSING
@@ -126,11 +127,13 @@ class ObeyedLights:
         signals: Mapping[str, Signal],
         itineraries: Iterable[Itinerary],
         lights: Lights,
+        lending: Lending,
     ) -> None:
         self._shown = ShownLights(lamps.program)
         by_movement = {name: (one.lamp.name, one.link) for name, one in signals.items()}
         self._shown.plan(itineraries, by_movement)
         self._lights = lights
+        self._lending = lending
 
     def report(self) -> dict[str, Any]:
         """Return figures and warnings for ``summary.json``."""
@@ -145,6 +148,7 @@ class ObeyedLights:
             longest_red_s=longest_s,
             at=at,
         )
+        figures["lent"] = self._lending.lent
         return {"at_lights": figures, "warnings": self._shown.warnings(longest_s, at)}
 
 
