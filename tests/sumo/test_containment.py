@@ -199,6 +199,20 @@ def test_roads_that_rerouters_close_are_closures(tmp_path: Path) -> None:
     assert (one["audit"], one["collisions"]) == ("clean", 0)
 
 
+def test_lanes_that_rerouters_close_open_again(tmp_path: Path) -> None:
+    """Vehicles are led round and back, past edges that they drove before: SUMO looks at these too."""
+    beside = tmp_path / "closed.add.xml"
+    beside.write_text(
+        '<additional><rerouter id="r" edges="B2C2 C3C2 D2C2"><interval begin="100" end="250">'
+        '<closingLaneReroute id="C2C1_0"/></interval></rerouter></additional>'
+    )
+    summary = ran(tmp_path / "one", vehicles=60, duration_s=400.0, stops=str(beside))
+    (blocked,) = summary["standing"]["blocked"]
+    assert (blocked["place"], blocked["from_s"], blocked["to_s"]) == ("C2C1_0", 100.0, 251.0)
+    assert summary["standing"]["led_round"] > 3
+    assert (summary["audit"], summary["collisions"]) == ("clean", 0)
+
+
 def test_without_a_gate_streets_close_too(tmp_path: Path) -> None:
     """For a baseline: nobody drives in, and the trace has the edges that were driven."""
     summary = ran(tmp_path, CLOSED, gate="open", vehicles=30, outputs="fcd", duration_s=700.0)

@@ -287,7 +287,7 @@ def _incidents(
     if scenario.incidents:
         found = read_incidents(network, scenario.incidents, {v.id for v in vehicles})
     if scenario.gated and scenario.abstraction == "queues" and scenario.by_messages is None:
-        closed = closures_of(files_beside(scenario, file), vehicles)
+        closed = closures_of(files_beside(scenario, file), vehicles, scenario.step_s)
         found = replace(found, closures=(*found.closures, *closed))
     return found
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from itertools import count
 from math import dist, inf
 from typing import Any
 
@@ -80,13 +81,27 @@ class SumoRoutes:
         self._unrenewed: dict[str, str] = {}
         """The routes that SUMO has refused, by vehicle."""
         self._renew_again_s = -inf
+        self._numbers = count()
 
     def lead(self, vehicle: str, edges: Sequence[str]) -> None:
+        self._unrenewed.pop(vehicle, None)
         try:
             self._vehicle.setRoute(vehicle, list(edges))
         except self._error as error:
-            msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
-            raise TrafficError(msg) from error
+            # SUMO puts the edges that are driven before them, and checks these too: one may be closed since.
+            if not self._lead_from_here(vehicle, edges):
+                msg = f"vehicle {vehicle}: SUMO does not take the route {' '.join(edges)}: {error}"
+                raise TrafficError(msg) from error
+
+    def _lead_from_here(self, vehicle: str, edges: Sequence[str]) -> bool:
+        """Give a vehicle a route without the edges that it has driven; return whether SUMO takes it."""
+        name = f"{vehicle}@{next(self._numbers)}"
+        try:
+            self._add_route(name, list(edges))
+            self._vehicle.setRouteID(vehicle, name)
+        except self._error:
+            return False
+        return True
 
     def route(self, vehicle: str) -> tuple[Sequence[str], int]:
         return self._vehicle.getRoute(vehicle), int(self._vehicle.getRouteIndex(vehicle))
@@ -98,6 +113,7 @@ class SumoRoutes:
         self._add_route(name, list(edges))
 
     def renew(self, vehicle: str, route: str) -> None:
+        self._unrenewed.pop(vehicle, None)
         try:
             self._vehicle.setRouteID(vehicle, route)
         except self._error:  # a street on it is closed to the vehicle

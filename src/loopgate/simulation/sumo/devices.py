@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 from xml.etree import ElementTree as ET
 
-from loopgate.errors import ScenarioError
+from loopgate.errors import RouteError, ScenarioError
 from loopgate.network import Loop, VehicleDemand
 from loopgate.network.additional import read_additional
 from loopgate.network.circling import words
@@ -25,16 +25,24 @@ from loopgate.simulation.sumo_words import own_words
 
 _CLOSES = ("closingReroute", "closingLaneReroute")
 
+_ON_STEP = 1e-6
+"""How far from a whole number of steps a time on a step is at most: SUMO counts milliseconds."""
 
-def closures_of(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> tuple[Closure, ...]:
+
+def closures_of(
+    files: Iterable[Path], vehicles: Iterable[VehicleDemand], step_s: float = 1.0
+) -> tuple[Closure, ...]:
     """Return when rerouters close edges and lanes on the loops of gated vehicles, for each of their classes.
 
     An edge that some of these classes may use all the same is left out: `refuse_what_leads_off` tells it.
+    SUMO opens a lane within the step of `step_s` that begins then, so a lane is closed for one step more: SUMO
+    takes no route over it before.
 
     Raises
     ------
     RouteError
-        If an attribute of an interval is no time.
+        If an attribute of an interval is no time, or lies between two steps where a lane is closed: SUMO then
+        does not close it, or does not open it.
     """
     classes: dict[str, set[str]] = defaultdict(set)
     for vehicle in vehicles:
@@ -50,8 +58,20 @@ def closures_of(files: Iterable[Path], vehicles: Iterable[VehicleDemand]) -> tup
                 what = f"{file}: interval that closes {name}"
                 from_s, to_s = time_of(interval, "begin", what), time_of(interval, "end", what)
                 lane = name if name != edge else ""
+                if lane:
+                    _check_on_step({"begin": from_s, "end": to_s}, step_s, what)
+                    to_s = None if to_s is None else to_s + step_s
                 found[Closure(edge, lane, from_s or 0.0, inf if to_s is None else to_s)] = None
     return tuple(found)
+
+
+def _check_on_step(times_s: Mapping[str, float | None], step_s: float, what: str) -> None:
+    for name, at_s in times_s.items():
+        steps = (at_s or 0.0) / step_s
+        if abs(steps - round(steps)) > _ON_STEP:
+            msg = f"{what}: {name} {at_s:g} is between two steps, where SUMO does nothing; "
+            msg += f"give a multiple of {step_s:g}"
+            raise RouteError(msg)
 
 
 def _may_pass(closed: ET.Element, vclass: str) -> bool:

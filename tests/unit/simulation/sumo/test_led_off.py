@@ -7,7 +7,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from loopgate.errors import ScenarioError
+from loopgate.errors import RouteError, ScenarioError
 from loopgate.network.circling import Led
 from loopgate.network.incidents import Closure
 from loopgate.simulation.sumo.devices import closures_of, for_others, led_off, refuse_what_leads_off
@@ -45,7 +45,7 @@ def test_what_leads_off_loops_is_refused(tmp_path: Path, text: str, says: str) -
     ("closed", "classes", "found"),
     [
         ('<closingReroute id="a"/>', ("passenger",), Closure("a", "", 60.0, 3600.0)),
-        ('<closingLaneReroute id="a_1"/>', ("passenger",), Closure("a", "a_1", 60.0, 3600.0)),
+        ('<closingLaneReroute id="a_1"/>', ("passenger",), Closure("a", "a_1", 60.0, 3601.0)),
         ('<closingReroute id="a" disallow="all"/>', ("passenger", "bus"), Closure("a", "", 60.0, 3600.0)),
         ('<closingReroute id="a" allow="bus authority"/>', ("passenger",), Closure("a", "", 60.0, 3600.0)),
         ('<closingReroute id="a" allow="bus"/>', ("passenger", "bus"), None),  # to some of them only
@@ -68,6 +68,21 @@ def test_a_road_that_a_rerouter_closes_is_a_closure(
     assert closures == (() if found is None else (found,))
     if found is not None:
         refuse_what_leads_off([file], [LOOP], closures)
+
+
+def test_a_lane_is_closed_until_sumo_takes_routes_over_it(tmp_path: Path) -> None:
+    """It opens a lane in the step after; and does nothing at a time between two steps."""
+    file = tmp_path / "x.add.xml"
+    gated: list[Any] = [SimpleNamespace(loop=LOOP, type=SimpleNamespace(vclass="bus"))]
+    text = (
+        '<additional><rerouter id="r"><interval begin="60" end="90.5"><closingLaneReroute id="a_1"/>'
+        "</interval></rerouter></additional>"
+    )
+    file.write_text(text)
+    (found,) = closures_of([file], gated, 0.5)
+    assert found == Closure("a", "a_1", 60.0, 91.0)
+    with pytest.raises(RouteError, match=r"x\.add\.xml: interval that closes a_1: end 90\.5 is between two"):
+        closures_of([file], gated, 1.0)
 
 
 @pytest.mark.parametrize(
