@@ -667,7 +667,7 @@ class Scenario:
                 there = f"known are {', '.join(sorted(set(fields.values())))}{meant(key, list(fields))}"
                 msg = f"{source}: unknown key {shown(key)}; {there}"
                 raise ScenarioError(msg)
-            values[name] = _in_seconds(name, value)
+            values[name] = in_seconds(name, value)
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
@@ -725,8 +725,8 @@ def keys() -> Mapping[str, str]:
     return {name: name for name in fields} | short | {"step_length": "step_s", "gated": "who"}
 
 
-def _in_seconds(field: str, value: object) -> object:
-    """Return a time that is written as on the command line in seconds; anything else as it is."""
+def in_seconds(field: str, value: object) -> object:
+    """Return a time of a field that is written as on the command line in seconds; anything else as it is."""
     if isinstance(value, str) and field.endswith("_s"):
         from loopgate.network.clock import time_of_day, with_units  # noqa: PLC0415  help needs no networks
 

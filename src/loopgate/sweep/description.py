@@ -107,9 +107,9 @@ class Sweep:
             msg = f"name is {shown(name)}; expected the name of a folder, up to {_LONGEST_NAME} bytes long"
             raise SweepError(msg)
         for part in ("base", "grid"):
-            object.__setattr__(self, part, _named(getattr(self, part)))
+            object.__setattr__(self, part, _plain(getattr(self, part)))
         for part in ("include", "exclude"):
-            object.__setattr__(self, part, [_named(rule) for rule in getattr(self, part)])
+            object.__setattr__(self, part, [_plain(rule) for rule in getattr(self, part)])
 
     def __repr__(self) -> str:
         axes = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
@@ -239,9 +239,16 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
         raise SweepError(msg) from error
 
 
-def _named(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return scenario keys with names for the gates and negotiations that are classes or functions."""
-    named = dict(values)
+def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return scenario keys with times in seconds, and names for gates and negotiations that are classes."""
+    from loopgate.simulation.scenario import in_seconds, keys  # noqa: PLC0415  help needs no scenario
+
+    fields, named = keys(), dict(values)
+    for key, value in named.items():
+        field = fields.get(key, "")
+        named[key] = (
+            [in_seconds(field, one) for one in value] if isinstance(value, list) else in_seconds(field, value)
+        )
     for key, namer in _NAMERS.items():
         value = named.get(key)
         if isinstance(value, list | tuple):

@@ -22,6 +22,22 @@ def test_a_grid_is_every_combination_in_order(tmp_path: Path) -> None:
     ]
 
 
+def test_times_are_written_as_for_a_run(tmp_path: Path) -> None:
+    """With units, and the begin as a time of day; rows have seconds. What is no time is left to the run."""
+    text = """
+    [base]
+    network = "sumo:DRT"
+    duration_s = "1h30min"
+    warmup = "soon"
+    [grid]
+    begin_s = ["0:10", 60]
+    [[exclude]]
+    begin_s = "0:01"
+    """
+    known = {"network": "sumo:DRT", "duration_s": 5400.0, "warmup": "soon"}
+    assert points(text, tmp_path) == [{**known, "begin_s": 600.0}]
+
+
 def test_exclude_leaves_out_and_include_adds(tmp_path: Path) -> None:
     """An exclude needs all its keys; an include runs over the axes it does not set."""
     text = """

@@ -35,8 +35,8 @@ def closures_of(
     """Return when rerouters close edges and lanes on the loops of gated vehicles, for each of their classes.
 
     An edge that some of these classes may use all the same is left out: `refuse_what_leads_off` tells it.
-    SUMO opens a lane within the step of `step_s` that begins then, so a lane is closed for one step more: SUMO
-    takes no route over it before.
+    SUMO opens a lane within the step of `step_s` that begins then, and takes no route over it before: so a
+    lane is closed for one step more.
 
     Raises
     ------
