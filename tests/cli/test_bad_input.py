@@ -192,3 +192,20 @@ def test_route_files_that_no_reader_takes(
     file = tmp_path / "r.rou.xml"
     file.write_text(f"<routes>{inner}</routes>")
     assert says in refused(capsys, monkeypatch, "run", RING, *option, str(file))
+
+
+def test_what_is_refused_leaves_no_folder(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Nor a part of its tables; a folder that was there before stays."""
+    made, there = tmp_path / "made", tmp_path / "there"
+    there.mkdir()
+    for folder in (made, there):
+        said = refused(capsys, monkeypatch, "run", RING, "--routes", "none.rou.xml", "-o", str(folder))
+        assert "none.rou.xml" in said
+    trace = tmp_path / "fcd.xml"
+    frames = "".join(f'<timestep time="{time}.00"/>' for time in range(5))
+    trace.write_text(f'<fcd-export>{frames}<timestep time="x"/></fcd-export>', encoding="utf-8")
+    assert "fcd.xml" in refused(capsys, monkeypatch, "read-fcd", str(trace), RING, "-o", str(made))
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["fcd.xml", "there"]
+    assert not list(there.iterdir())

@@ -318,3 +318,11 @@ def test_a_file_that_no_gate_can_drive_runs_without_one(tmp_path: Path) -> None:
     assert "all drive by SUMO's rules" in without.stderr
     assert json.loads(asked.stdout)["vehicles"] == json.loads(without.stdout)["vehicles"] == 1
     assert loopgate(*given, "--gate", "certified").returncode == 2
+
+
+def test_the_next_commands_can_be_copied(tmp_path: Path) -> None:
+    """Also from a folder with a blank, or with brackets, which are no colours."""
+    out = tmp_path / "a [red] run"
+    ring = ROOT / "networks" / "ring3.net.xml", "--routes", ROOT / "routes" / "ring3.rou.xml"
+    done = loopgate("run", *ring, "--duration", "10", "-o", out)
+    assert f"results in {out}; next: loopgate report '{out}', or loopgate replay '{out}'" in done.stdout

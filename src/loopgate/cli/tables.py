@@ -1,6 +1,7 @@
 """Tables on the terminal: tables of many rows, and the summary of a run."""
 
 import re
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -73,12 +74,14 @@ def print_summary(summary: Mapping[str, Any], out: Path | None) -> None:
         table.add_row(what, much)
     to.print(table)
     for warning in summary["warnings"]:
-        to.print(f"warning: {warning}", style="yellow")
+        to.print(f"warning: {warning}", style="yellow", markup=False)
     for deadlock in summary["deadlocks"][:3]:
         to.print(f"deadlock at {closed_at_s(deadlock):.0f} s: {deadlock_text(deadlock)}", markup=False)
     if summary["wall_s"]["gate"] >= _LONG_S and summary["gate"] != "open" and ledger_kind() == "plain":
         to.print(ledger_words(), markup=False)
     if out is not None:
-        to.print(f"results in {out}; next: loopgate report {out}, or loopgate replay {out}", soft_wrap=True)
+        there = shlex.quote(str(out))
+        words = f"results in {out}; next: loopgate report {there}, or loopgate replay {there}"
+        to.print(words, soft_wrap=True, markup=False)
     elif "source" not in summary:
         to.print("nothing was kept; with -o FOLDER the run can be reported, replayed and read in Python")

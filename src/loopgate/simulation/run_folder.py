@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from math import nan
 from pathlib import Path
@@ -127,6 +128,7 @@ class Folder:
             msg = f"{path}: SUMO takes no name with control characters or outside of UTF-8; choose another"
             raise ScenarioError(msg)
         self._lock = FolderLock(path)
+        self._is_new = not path.exists()
         try:
             path.mkdir(parents=True, exist_ok=True)
             self._take(overwrite=overwrite)
@@ -168,6 +170,9 @@ class Folder:
 
     def __exit__(self, *exception: object) -> None:
         self._lock.release()
+        if self._is_new:
+            with suppress(OSError):  # it holds results
+                self.path.rmdir()
 
     def __truediv__(self, name: str) -> Path:
         return self.path / name

@@ -108,8 +108,12 @@ def write_fcd_run(
         try:
             with writing(positions), gzip.open(positions, "wt", 5) as table:
                 rows = _play(played, film, detector, recorder, course, table, tell, deadlock_after_s)
-        finally:
             recorder.close()
+        except BaseException:
+            recorder.close()
+            for name in (run_folder.EVENTS, run_folder.POSITIONS):
+                (folder / name).unlink(missing_ok=True)
+            raise
         course.end_s = film.now_s
         course.total_s = course.sumo_s = perf_counter() - began
         scenario = Scenario(
