@@ -235,7 +235,7 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
             raise nobody_gated(scenario.routes or scenario.network, sorted_out)
         if unstopping:
             abstraction = _abstraction(scenario, network, vehicles or later[:1], [*later, *others])
-    devices, bereft = leading_devices(scenario, everybody, anew.keys()) if scenario.gated else ((), ())
+    devices, bereft = leading_devices(scenario, everybody) if scenario.gated else ((), ())
     vehicles, later = ([_driven(scenario, v, devices) for v in some] for some in (vehicles, later))
     # Where there are detours, vehicles may change to loops that their types in SUMO do not know.
     tracks = _Tracks(network, peculiar, renews=bool(detours.own))

@@ -2,7 +2,6 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
@@ -222,9 +221,7 @@ def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str,
     options = dict(_options(scenario, configured=is_sumo_config(scenario.network)))
     share = _number(scenario, options, "probability", 0.0)
     found = {}
-    for v in vehicles:
-        if v.loop.closed or v.stops or any(name in v.attributes for name in MIDDLE):
-            continue
+    for v in filter(_may_be_led_anew, vehicles):
         said = {**options, **v.type.parameters, **v.parameters}
         has = said.get(has_device(_REROUTING))
         chosen = (
@@ -239,6 +236,12 @@ def led_anew(scenario: Scenario, vehicles: Sequence[VehicleDemand]) -> dict[str,
     return found
 
 
+def _may_be_led_anew(vehicle: VehicleDemand) -> bool:
+    """Return whether a vehicle may take another path: it drives once, and has only its end to get to."""
+    on_its_way = vehicle.stops or any(name in vehicle.attributes for name in MIDDLE)
+    return not (vehicle.loop.closed or on_its_way)
+
+
 def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: float) -> float:
     """Return the value of an option of rerouting: a share, or a time [s]; at least 0."""
     word = f"device.{_REROUTING}.{name}"
@@ -250,11 +253,11 @@ def _number(scenario: Scenario, said: Mapping[str, str], name: str, default: flo
 
 
 def leading_devices(
-    scenario: Scenario, vehicles: Sequence[VehicleDemand], rerouted: AbstractSet[str] = frozenset()
+    scenario: Scenario, vehicles: Sequence[VehicleDemand]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the devices that gated vehicles would have and must not, and warnings.
 
-    `rerouted`: vehicles that loopgate reroutes; they lose SUMO's rerouting device without a warning.
+    Vehicles that loopgate reroutes (`led_anew`) lose SUMO's rerouting device without a warning.
 
     Raises
     ------
@@ -273,13 +276,13 @@ def leading_devices(
             raise ScenarioError(msg)
         share, has = options.get(f"device.{device}.probability", ""), has_device(device)
         having = [
-            v.id
+            v
             for v in vehicles
             if is_on(share) or is_on(v.parameters.get(has, "")) or is_on(v.type.parameters.get(has, ""))
         ]
         if having:
             found[device] = f"{source}: gated vehicles go without {device} devices, which would {would}"
-        if device == _REROUTING and rerouted >= set(having):
+        if device == _REROUTING and all(map(_may_be_led_anew, having)):
             told.discard(device)
     return tuple(found), tuple(found[device] for device in found if device in told)
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -10,7 +10,14 @@ import pytest
 from loopgate.errors import RouteError, ScenarioError
 from loopgate.network.circling import Led
 from loopgate.network.incidents import Closure
-from loopgate.simulation.sumo.devices import closures_of, for_others, led_off, refuse_what_leads_off
+from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.sumo.devices import (
+    closures_of,
+    for_others,
+    leading_devices,
+    led_off,
+    refuse_what_leads_off,
+)
 
 LOOP: Any = SimpleNamespace(id="loop3", edges=("a", "b"))
 
@@ -97,6 +104,20 @@ def test_a_lane_is_closed_until_sumo_takes_routes_over_it(tmp_path: Path) -> Non
 def test_what_is_for_others_is_taken(tmp_path: Path, text: str) -> None:
     """For types of their own, or for those that want to park."""
     refuse(tmp_path, text)
+
+
+@pytest.mark.parametrize("share", ["0.5", "1"])
+@pytest.mark.parametrize(
+    ("changed", "said"), [({}, False), ({"stops": ("s",)}, True), ({"attributes": {"via": "b"}}, True)]
+)
+def test_it_is_said_who_loses_the_rerouting_device(share: str, changed: dict[str, Any], said: bool) -> None:  # noqa: FBT001
+    """Not of trips that loopgate reroutes, whether all have the device or a share of them."""
+    known = {"loop": SimpleNamespace(closed=False), "type": SimpleNamespace(parameters={})}
+    trip = SimpleNamespace(id="t", **known, **{"stops": (), "attributes": {}, "parameters": {}, **changed})
+    scenario = Scenario(network="x.net.xml", sumo=f"--device.rerouting.probability {share}")
+    devices, warnings = leading_devices(scenario, [cast("Any", trip)])
+    assert devices == ("rerouting",)
+    assert bool(warnings) == said
 
 
 @pytest.mark.parametrize(
