@@ -52,6 +52,7 @@ from loopgate.simulation.settings import (
 )
 from loopgate.simulation.sumo.devices import ReroutingPolicy, closures_of, leading_devices, without_devices
 from loopgate.simulation.sumo_options import all_options, begins_s, option_of
+from loopgate.simulation.unused import without_effect
 
 _MOST_LOOPS = 40
 
@@ -258,6 +259,7 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         warnings=(
             *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
+            *_without_effect(scenario, file, everybody),
         ),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=tuple(departures[: len(later)]),
@@ -277,6 +279,13 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         if scenario.gated
         else tuple((v.loop, tracks.on(v, Itinerary(v.loop))) for v in detours.vehicles),
     )
+
+
+def _without_effect(
+    scenario: Scenario, file: RoutesFile | None, vehicles: Sequence[VehicleDemand]
+) -> tuple[str, ...]:
+    closed = {v.loop.closed for v in vehicles}
+    return without_effect(scenario, from_file=file is not None, closed=True in closed, once=False in closed)
 
 
 def _incidents(
