@@ -16,6 +16,9 @@ _ROUNDING_M = 1e-6
 _LEAST_M = 0.1
 """The shortest stop on a lane [m]."""
 
+_SAME_M = 0.05
+"""A stop that is moved by less than this stays where it is; it gets another lane [m]."""
+
 _BESIDE_M = 40.0
 """A stop moves so far along its lane rather than to another lane [m]."""
 
@@ -99,7 +102,8 @@ def _fit(way: Itinerary, kind: VehicleType, stop: Stop, what: str) -> Stop:
         if (moved := _nearest(way, kind, stop)) is None:
             raise
         by_m = abs(moved.arc_m - stop.arc_m)
-        msg = f"{error}; --move-stops moves it by {by_m:.1f} m, to {moved.end_m:.1f} m of lane {moved.lane}"
+        by = "" if by_m < _SAME_M else f"by {by_m:.1f} m, "
+        msg = f"{error}; --move-stops moves it {by}to {moved.end_m:.1f} m of lane {moved.lane}"
         raise ScenarioError(msg) from error
 
 

@@ -668,7 +668,7 @@ def _roads(content: Content, runs: pd.DataFrame, blocked: Collection[str]) -> No
                 else "Streets on which vehicles stand"
             )
             content.table(name, title, compute_ranked, of, where=where, by=by, what=what, first=_RANKED)
-            caption = f"The ten with most of it, with {count} vehicles; means over runs."
+            caption = f"The ten of each series with most of it, with {count} vehicles; means over runs."
             content.figure(name, title, caption, plots.plot_ranked, label="vehicle-seconds standing")
     for name, title, column, label in (
         ("map", "Where vehicles stand", c.STOOD, "vehicle-seconds standing per edge and run"),

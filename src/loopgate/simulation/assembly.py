@@ -38,7 +38,13 @@ from loopgate.simulation.demand.apart import (
     nobody_gated,
     sort_out,
 )
-from loopgate.simulation.demand.detours import FoundDetours, find_detours, name_closed_stops, name_long_stops
+from loopgate.simulation.demand.detours import (
+    FoundDetours,
+    find_detours,
+    name_closed_stops,
+    name_incidents_outside,
+    name_long_stops,
+)
 from loopgate.simulation.demand.other_lanes import OtherLanes
 from loopgate.simulation.demand.shared_lanes import share_lanes, wanted_lane
 from loopgate.simulation.drivers import advised_type, driven_by_machines
@@ -212,7 +218,9 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         warnings = (*warnings, *name_long_stops(closed, detours))
     elif not scenario.gated and incidents.closures:
         detours = find_detours(network, closed, Incidents(incidents.closures))
-    warnings = (*warnings, *name_closed_stops([*vehicles, *later], incidents))
+    begin_s = begins_s(scenario, file)
+    outside = name_incidents_outside(incidents, begin_s, begin_s + scenario.warmup_s + scenario.duration_s)
+    warnings = (*warnings, *name_closed_stops([*vehicles, *later], incidents), *outside)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
     distinct = len({vehicle.loop.id for vehicle in vehicles}) == len(vehicles)
@@ -267,7 +275,7 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         stop_files=file.stop_files if file else (),
         vehicle_files=file.vehicle_files if file else (),
         persons=file.persons if file and not scenario.counts_vehicles else (),
-        begin_s=begins_s(scenario, file),
+        begin_s=begin_s,
         ordinary=tuple(ordinary),
         ungated=sorted_out.ungated,
         anew=anew,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from loopgate.abstraction.itinerary import pivot
 from loopgate.errors import RefusedLoopError, RouteError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, make_loop
-from loopgate.network.incidents import Closure, Incidents
+from loopgate.network.incidents import Breakdown, Closure, Incidents
 from loopgate.network.stops import Stop
 from loopgate.reading import counted, listed
 from loopgate.simulation.demand.apart import find_unfit
@@ -314,6 +314,19 @@ def name_closed_stops(vehicles: Iterable[VehicleDemand], incidents: Incidents) -
     )
 
 
-def _times(closure: Closure) -> str:
-    until = f"to {closure.to_s:g} s" if closure.to_s < math.inf else "on"
-    return f"from {closure.from_s:g} s {until}"
+def name_incidents_outside(incidents: Incidents, begin_s: float, end_s: float) -> tuple[str, ...]:
+    """Return a line about each closure and breakdown that is over before a run begins, or begins after it."""
+    named: list[tuple[str, Closure | Breakdown]] = [
+        *((f"{one.lane or one.edge} is closed", one) for one in incidents.closures),
+        *((f"{one.vehicle} is broken down", one) for one in incidents.breakdowns),
+    ]
+    return tuple(
+        f"{what} {_times(one)}, outside of the run, which is from {begin_s:g} s to {end_s:g} s"
+        for what, one in named
+        if one.from_s >= end_s or one.to_s <= begin_s
+    )
+
+
+def _times(incident: Closure | Breakdown) -> str:
+    until = f"to {incident.to_s:g} s" if incident.to_s < math.inf else "on"
+    return f"from {incident.from_s:g} s {until}"

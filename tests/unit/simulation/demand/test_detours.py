@@ -18,6 +18,7 @@ from loopgate.simulation.demand.detours import (
     FoundDetours,
     find_detours,
     name_closed_stops,
+    name_incidents_outside,
     name_long_stops,
 )
 
@@ -119,3 +120,13 @@ def test_a_stop_that_is_longer_than_others_can_wait_is_named() -> None:
     assert "no way" not in line
     short = replace(stands, stops=(replace(stop, duration_s=60.0),))
     assert name_long_stops([short, *others], found) == ()
+
+
+def test_incidents_outside_of_the_run_are_named() -> None:
+    """Before its begin, or from its end on; not those that last into it."""
+    closures = (Closure("a", "", 0.0, 100.0), Closure("b", "b_0", 50.0, 101.0))
+    breakdowns = (Breakdown("v", 600.0, math.inf), Breakdown("w", 599.0, 700.0))
+    assert name_incidents_outside(Incidents(closures, breakdowns), 100.0, 600.0) == (
+        "a is closed from 0 s to 100 s, outside of the run, which is from 100 s to 600 s",
+        "v is broken down from 600 s on, outside of the run, which is from 100 s to 600 s",
+    )
