@@ -1,6 +1,7 @@
 """Reads types, routes and vehicles from SUMO's additional files."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -22,6 +23,15 @@ STOPPING_PLACES = frozenset({"busStop", "trainStop", "parkingArea", "chargingSta
 """Elements of additional files at which vehicles stop."""
 
 _ENDS_OF_DISTRICTS = frozenset({"tazSource", "tazSink"})
+
+
+@dataclass(frozen=True, slots=True)
+class District:
+    """The edges on which trips begin in a district, and those on which they end in it."""
+
+    sources: frozenset[str]
+    sinks: frozenset[str]
+
 
 _PATHS = ("file", "output", "href", "dest", "imgFile", "osgFile")
 """Attributes with file names, relative to the file that contains them."""
@@ -118,6 +128,23 @@ def write_leading(files: Iterable[Path], copy: Path) -> bool:
         return False
     write_xml(top, copy)
     return True
+
+
+def read_districts(files: Iterable[Path]) -> dict[str, District]:
+    """Return the districts (TAZ) of additional files, by name.
+
+    Raises `RouteError` if a file cannot be read.
+    """
+    found: dict[str, District] = {}
+    for file in dict.fromkeys(files):
+        for one in read_additional(file).iter("taz"):
+            both = one.get("edges", "").split()
+            sources, sinks = (
+                frozenset([*both, *(end.get("id", "") for end in one.findall(tag))])
+                for tag in ("tazSource", "tazSink")
+            )
+            found[one.get("id", "")] = District(sources, sinks)
+    return found
 
 
 def _found_anywhere(name: str, file: Path) -> str:

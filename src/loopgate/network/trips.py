@@ -4,14 +4,15 @@ import importlib.util
 import os
 import re
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
-from loopgate.network.additional import write_leading
+from loopgate.network.additional import District, read_districts, write_leading
 from loopgate.network.clock import seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import routes_named
@@ -37,6 +38,17 @@ ENDS = (
 
 MIDDLE = ("via", "viaJunctions", "viaXY", "viaLonLat")
 """Attributes with points that a trip must pass."""
+
+JUNCTIONS = ("fromJunction", "toJunction", "viaJunctions")
+"""Attributes that name junctions."""
+
+_STARTS = ("fromXY", "fromLonLat", "from", "fromJunction", "fromTaz")
+_VIAS = ("viaXY", "viaLonLat", "viaJunctions", "via")
+_GOALS = ("toXY", "toLonLat", "to", "toJunction", "toTaz")
+"""Attributes that say the same in other words: of those that a trip has, SUMO takes the first."""
+
+_POSITIONS = ("XY", "LonLat")
+"""Ends of names of attributes with positions."""
 
 LedVehicle = Mapping[str, Mapping[str, str]]
 """The edges of each trip, by name and vehicle class; empty if there is no route."""
@@ -143,35 +155,171 @@ def lead_trips(
         name = element.get("type", "")
         return classes.get(name) or {vclasses.get(name, _CAR): name}
 
+    for source, element in asked:
+        _check_ends(element, _called(source, element))
+    kinds_at = dict.fromkeys(
+        (*one, kind)
+        for _, element in asked
+        for one in _positions(element)
+        for kind in kinds(element).values()
+    )
+    on_edges = _on_edges(network, list(top), list(kinds_at))
+    places = _Places(network, read_districts(beside), _at_junctions(network), on_edges)
     for source, element in sorted(asked, key=lambda one: departs_s(one[1])):
-        _check(network, element, f"{source}: {element.tag} {element.get('id', '')}")
+        places.check(element, _called(source, element), kinds(element))
         said = {name: element.attrib[name] for name in (*ENDS, *MIDDLE) if name in element.attrib}
         said["depart"] = f"{departs_s(element):g}"
         for vclass, kind in kinds(element).items():
             more = {"type": kind} if kind else {}
             trip = ET.SubElement(top, "trip", {"id": f"{element.get('id', '')}@{vclass}", **said, **more})
             trip.extend(element.findall("stop"))
-    routes = _routed(network, top, beside, seed=1)
+    by_junctions = any(places.names_junction(element) for _, element in asked)
+    routes = _routed(network, top, beside, seed=1, junctions=by_junctions)
     led: dict[str, dict[str, str]] = {}
     for _, element in asked:
         name = element.get("id", "")
-        for vclass in kinds(element):
+        for vclass, kind in kinds(element).items():
             edges = routes.get(f"{name}@{vclass}", "")
-            found = edges and _leads(network, edges.split(), element.get("to"), vclass)
+            found = edges and _leads(network, edges.split(), places.course(element, kind), vclass)
             led.setdefault(name, {})[vclass] = edges if found else ""
     return led
 
 
-def _check(network: RoadNetwork, element: ET.Element, what: str) -> None:
-    """Refuse a trip without ends, or with an edge outside the network."""
+def _called(source: Path, element: ET.Element) -> str:
+    """Return the file, kind and name of a trip, for messages."""
+    return f"{source}: {element.tag} {element.get('id', '')}"
+
+
+def _check_ends(element: ET.Element, what: str) -> None:
+    """Refuse a trip without ends."""
     if not any(name in element.attrib for name in ENDS) and element.find("stop") is None:
         msg = f"{what}: it has neither a route nor from and to; expected one of them"
         raise RouteError(msg)
-    for name in ("from", "to", "via"):
-        for edge in element.get(name, "").split():
-            if edge not in network.edges:
-                msg = f"{what}: {name} is {shown(edge)}, which is no edge of {network.name}"
+
+
+def _said(element: ET.Element) -> Iterator[tuple[str, str]]:
+    """Yield the attributes by which SUMO leads a trip, and each place in them, in driving order."""
+    for names in (_STARTS, _VIAS, _GOALS):
+        name = next((name for name in names if name in element.attrib), "")
+        for place in element.get(name, "").split():
+            yield name, place
+
+
+def _positions(element: ET.Element) -> Iterator[tuple[str, str]]:
+    """Yield the positions in the plane or on the globe that a trip names: the kind, and the text."""
+    for name, place in _said(element):
+        for kind in _POSITIONS:
+            if name.endswith(kind):
+                yield kind, place
+
+
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """The edges that a way must pass, in driving order: at each point one of some."""
+
+    points: tuple[frozenset[str], ...] = ()
+    begins: bool = False
+    ends: bool = False
+    """`begins` and `ends`: whether it must begin at the first point, and end at the last."""
+
+    def holds(self, edges: Sequence[str]) -> bool:
+        """Return whether a way passes all points, one after another; one edge may be several of them."""
+        if not edges or (self.begins and edges[0] not in self.points[0]):
+            return False
+        at = 0
+        for some in self.points:
+            at = next((k for k in range(at, len(edges)) if edges[k] in some), len(edges))
+        return at < len(edges) and not (self.ends and edges[-1] not in self.points[-1])
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """What trips name: edges and junctions of the network, districts, and positions."""
+
+    network: RoadNetwork
+    districts: Mapping[str, District]
+    at_junctions: Mapping[str, District]
+    """The edges that leave each junction, and those that lead to it."""
+    on_edges: Mapping[tuple[str, str, str], str]
+    """The edge that SUMO's router finds at a position, by the kind of position, the text and the type."""
+
+    def check(self, element: ET.Element, what: str, kinds: Mapping[str, str]) -> None:
+        """Raise `RouteError` if a trip names something that is not there: the router would skip it."""
+        for name, place in _said(element):
+            if name.endswith(_POSITIONS):
+                kind = next(kind for kind in _POSITIONS if name.endswith(kind))
+                known = any((kind, place, one) in self.on_edges for one in kinds.values())
+                why = f"at which SUMO finds no edge of {self.network.name}; correct it"
+            elif name in JUNCTIONS:
+                known = place in self.network.junctions or place in self.districts
+                why = f"which is no junction of {self.network.name}; correct it"
+            elif name.endswith("Taz"):
+                known = place in self.districts or place in self.network.junctions
+                why = (
+                    "which is no district of the additional files; correct it, or name the file with it in "
+                    "the configuration, or by --stops"
+                )
+            else:
+                known = place in self.network.edges
+                why = f"which is no edge of {self.network.name}"
+            if not known:
+                msg = f"{what}: {name} is {shown(place)}, {why}"
                 raise RouteError(msg)
+
+    def names_junction(self, element: ET.Element) -> bool:
+        """Return whether a trip names a junction; SUMO lets a district stand for one, and the reverse."""
+        return any(
+            (name in JUNCTIONS or name.endswith("Taz")) and place not in self.districts
+            for name, place in _said(element)
+        )
+
+    def course(self, element: ET.Element, kind: str) -> _Course:
+        """Return what the way of a trip must pass if its vehicle has a certain type."""
+        said = list(_said(element))
+        return _Course(
+            tuple(self._edges_at(name, place, kind) for name, place in said),
+            begins=bool(said) and said[0][0] in _STARTS,
+            ends=bool(said) and said[-1][0] in _GOALS,
+        )
+
+    def _edges_at(self, name: str, place: str, kind: str) -> frozenset[str]:
+        """Return the edges with which a trip is at a place."""
+        if name.endswith(_POSITIONS):
+            how = next(how for how in _POSITIONS if name.endswith(how))
+            return frozenset({self.on_edges.get((how, place, kind), "")})
+        if name not in JUNCTIONS and not name.endswith("Taz"):
+            return frozenset({place})
+        begins = name in _STARTS
+        there = self.districts.get(place) or self.at_junctions[place]
+        return there.sources if begins else there.sinks
+
+
+def _at_junctions(network: RoadNetwork) -> dict[str, District]:
+    """Return the edges that leave each junction, and those that lead to it, by junction."""
+    leave: dict[str, list[str]] = {}
+    lead: dict[str, list[str]] = {}
+    for edge in network.edges.values():
+        leave.setdefault(edge.from_junction, []).append(edge.id)
+        lead.setdefault(edge.to_junction, []).append(edge.id)
+    return {
+        name: District(frozenset(leave.get(name, ())), frozenset(lead.get(name, ())))
+        for name in network.junctions
+    }
+
+
+def _on_edges(
+    network: RoadNetwork, types: Sequence[ET.Element], positions: Sequence[tuple[str, str, str]]
+) -> dict[tuple[str, str, str], str]:
+    """Return the edge at each position, if there is one, as SUMO's router finds it for a type of vehicle."""
+    if not positions:
+        return {}
+    top = ET.Element("routes")
+    top.extend(types)
+    for number, (kind, place, of) in enumerate(positions):
+        more = {"type": of} if of else {}
+        ET.SubElement(top, "trip", {"id": f"{number}", "depart": "0", f"from{kind}": place, **more})
+    routes = _routed(network, top, (), seed=1)
+    return {one: routes[f"{number}"] for number, one in enumerate(positions) if f"{number}" in routes}
 
 
 def ways_between(
@@ -195,7 +343,7 @@ def ways_between(
         for number, (first, last, vclass) in enumerate(asked):
             edges = tuple(routes.get(f"{number}", "").split())
             ways = found[first, last, vclass]
-            if edges and edges not in ways and _leads(network, edges, last, vclass):
+            if edges not in ways and _leads(network, edges, _from_to(first, last), vclass):
                 ways.append(edges)
     return found
 
@@ -214,7 +362,7 @@ def find_ways(
     routes = _routed(network, _between(left), (), seed=1)
     for number, (first, last, vclass) in enumerate(left):
         edges = tuple(routes.get(f"{number}", "").split())
-        if edges and _leads(network, edges, last, vclass):
+        if _leads(network, edges, _from_to(first, last), vclass):
             found[first, last, vclass] = edges
     return found
 
@@ -231,11 +379,19 @@ def _between(asked: Sequence[tuple[str, str, str]]) -> ET.Element:
     return top
 
 
-def _leads(network: RoadNetwork, edges: Sequence[str], to: str | None, vclass: str) -> bool:
-    """Return whether a route reaches its end: the router also writes routes with unconnected edges."""
+def _from_to(first: str, last: str) -> _Course:
+    """Return what a way from one edge to another must pass."""
+    return _Course((frozenset({first}), frozenset({last})), begins=True, ends=True)
+
+
+def _leads(network: RoadNetwork, edges: Sequence[str], course: _Course, vclass: str) -> bool:
+    """Return whether a route is what was asked for, and can be driven.
+
+    The router also writes routes with unconnected edges, and skips in silence what it does not find.
+    """
     open_to = all(edge in network.edges and network.edges[edge].allows(vclass) for edge in edges)
     follow = open_to and all(network.between(one, other, vclass) for one, other in pairwise(edges))
-    return follow and to in {None, edges[-1]}
+    return follow and course.holds(edges)
 
 
 def departs_s(element: ET.Element) -> float:
@@ -266,8 +422,18 @@ def _reasons(said: str, code: int) -> str:
 
 
 def _routed(
-    network: RoadNetwork, top: ET.Element, beside: Sequence[Path], seed: int, *, disturbed: float = 1.0
+    network: RoadNetwork,
+    top: ET.Element,
+    beside: Sequence[Path],
+    seed: int,
+    *,
+    disturbed: float = 1.0,
+    junctions: bool = False,
 ) -> dict[str, str]:
+    """Return the route that SUMO's router finds for each trip in `top`, by its name.
+
+    `junctions`: whether a trip names one; only then the router builds a district for each.
+    """
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
         write_xml(top, trips)
@@ -278,6 +444,7 @@ def _routed(
             *("--weights.random-factor", f"{disturbed:g}"),
             *("--ignore-errors", "--no-step-log", "--no-warnings", "--xml-validation", "never"),
             *(("--additional-files", ",".join(map(str, more))) if more else ()),
+            *(("--junction-taz",) if junctions else ()),
         ]
         try:
             done = subprocess.run(  # noqa: S603  SUMO's own program

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from loopgate.network.additional import FLEET
 from loopgate.network.clock import seconds
 from loopgate.network.stops import REFUSED
-from loopgate.network.trips import ROUNDS, one_round
+from loopgate.network.trips import JUNCTIONS, ROUNDS, one_round
 from loopgate.network.vehicle_type import routes_named
 from loopgate.reading import counted, listed, shown
 
@@ -50,6 +50,12 @@ class UngatedFleet:
 
     vehicles: tuple[Ungated, ...] = ()
     demand: tuple[ET.Element, ...] = field(default=(), hash=False)
+
+    @property
+    def options(self) -> list[str]:
+        """The option of SUMO that these vehicles need: it knows junctions as ends of trips only with it."""
+        named = any(name in one.element.attrib for one in self.vehicles for name in JUNCTIONS)
+        return ["--junction-taz"] if named else []
 
     def needs(self, known: Iterable[str]) -> list[ET.Element]:
         """Return the types not `known` by name, and the routes, that these vehicles use."""

@@ -186,7 +186,7 @@ def _own_files(
     beside = without_vehicles(beside, file.vehicle_files if file else (), folder.path, lights_off=off)
     options += ["--additional-files", ",".join(map(str, beside))] if beside else []
     begin = [] if is_sumo_config(scenario.network) else ["--begin", f"{begins_s(scenario, file):g}"]
-    return [*options, *begin], own
+    return [*options, *begin, *ungated.options], own
 
 
 def _unchanged(

@@ -350,7 +350,7 @@ def _input_options(
     )
     begins = scenario.begin_s >= 0.0 or (assembly.begin_s and not said.configured)
     begin = ["--begin", f"{assembly.begin_s:g}"] if begins else []
-    return [*starts, *routes, *begin]
+    return [*starts, *routes, *begin, *(assembly.ungated.options if assembly.others else ())]
 
 
 def _types_of_others(assembly: Assembly, ordinary: TrafficFile | None) -> set[str]:
