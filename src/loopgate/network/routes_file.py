@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -20,6 +21,7 @@ from loopgate.network.road import RoadNetwork, content_identity
 from loopgate.network.route_lanes import RouteChoices
 from loopgate.network.stops import (
     STOP_ATTRIBUTES,
+    NotAheadError,
     Stop,
     StoppingPlace,
     lanes_of_stops,
@@ -111,15 +113,17 @@ class AskedVehicle:
         except ValueError:
             edge = 0  # "random" and the like
         carried = _CARRIED if loop.closed else (*_CARRIED, *_CARRIED_ONCE)
+        depart_m = _depart(what, loop, edge, said.get("departPos", ""))
+        from_m = loop.roads[edge].begin_m if depart_m is None else depart_m
         return VehicleDemand(
             name,
             loop,
             way.type,
-            depart_m=_depart(what, loop, edge, said.get("departPos", "")),
+            depart_m=depart_m,
             depart_s=self.depart_s,
             flow=self.flow,
             edge=edge,
-            stops=on_loop(loop, way.stops, what),
+            stops=on_loop(loop, way.stops, what, from_m=from_m),
             attributes={key: said[key] for key in carried if said.get(key)},
             parameters={one.get("key", ""): one.get("value", "") for one in self.element.findall("param")},
             vclass=way.vclass,
@@ -269,6 +273,23 @@ def wayless(path: Path, led: LedVehicle) -> Iterator[str]:
         )
 
 
+def take_empty_flows(tops: Sequence[tuple[Path, ET.Element]]) -> tuple[str, ...]:
+    """Remove flows whose number is 0 from files, as SUMO does, and return a line for each file with some."""
+    lines = []
+    for source, top in tops:
+        names = []
+        for one in top.findall("flow"):
+            with suppress(RouteError):  # reading the vehicles reports the error
+                if read_flow(one, "").number == 0:
+                    top.remove(one)
+                    names.append(one.get("id", ""))
+        if names:
+            lines.append(
+                f"{source}: {counted(len(names), 'flow')} left out, as number is 0, first {names[0]}"
+            )
+    return tuple(lines)
+
+
 def read_loops(
     network: RoadNetwork, file: Path | str, *, stops: Sequence[Path] = (), once: bool = False
 ) -> RoutesFile:
@@ -319,11 +340,13 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     own = [(f, read_xml(f, root="routes", what="route file", error=RouteError)) for f in files]
     more = demand_beside(beside, own)
     tops = [*own, *more]
-    _refuse_no_demand(network, path, tops)
+    empty = take_empty_flows(tops)
+    _refuse_no_demand(network, path, tops, empty if once else ())
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
-    found = _Found(network, places, once)
+    ignores = config is not None and config.is_on("ignore-route-errors")
+    found = _Found(network, places, once, ignores)
     found.collect_types([*more, *own])
     found.collect_types_of_network(element.get("type", DEFAULT_TYPE.id) for _, element in fleet)
     leads = _read_leads(network, beside, tops, found)
@@ -340,10 +363,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     found.refuse_types([one.get("type", DEFAULT_TYPE.id) for _, one in fleet] or own_kinds[:1])
     if once and leads is None:
         found.led = _lead(network, tops, fleet, beside, found)
-    lost = {name for name, ways in found.led.items() if not any(ways.values())}
-    for _, top in tops:
-        for one in [one for one in top if one.tag in FLEET and one.get("id", "") in lost]:
-            top.remove(one)
+    _leave_out_wayless(path, tops, found.led, alone=not ungated.vehicles)
     for source, top in tops:
         found.collect_routes(source, top)
     for source, top in tops:
@@ -372,6 +392,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         ungated=ungated,
         persons=tuple(_persons(own)),
         left_out=(
+            *empty,
             *found.circling(path),
             *wayless(path, found.led),
             *(f"{why}; no vehicle uses it" for why in found.unfit.values()),
@@ -382,15 +403,39 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     )
 
 
-def _refuse_no_demand(network: RoadNetwork, path: Path, tops: Tops) -> None:
-    """Raise `NobodyGatedError` if a configuration has no vehicles, and no loops for vehicles either."""
+def _refuse_no_demand(network: RoadNetwork, path: Path, tops: Tops, empty: Sequence[str]) -> None:
+    """Raise `NobodyGatedError` if a configuration has no vehicles, and no loops for vehicles either.
+
+    The same if `empty` flows, which are left out, were the only ones.
+    """
     every = [one for _, top in tops for one in top]
+    if empty and not any(one.tag in FLEET for one in every):
+        msg = f"{path}: none of its vehicles is gated: number of each flow is 0; or --gate open"
+        raise NobodyGatedError(msg)
     routes = [_edges_of(one) for one in every if one.tag == "route"]
     nobody = is_sumo_config(path) and not any(one.tag in FLEET for one in every)
     if not tops or (nobody and not (routes and all(closes(network, edges) for edges in routes))):
         what = "it has no vehicles" if tops else "it names no route files"
         msg = f"{path}: none of its vehicles is gated: {what}; or --gate open"
         raise NobodyGatedError(msg)
+
+
+def _leave_out_wayless(path: Path, tops: Tops, led: LedVehicle, *, alone: bool) -> None:
+    """Remove the trips without a way from files of vehicles.
+
+    Raises `RouteError` if no vehicle is left and there are no others (`alone`).
+    """
+    lost = {name for name, ways in led.items() if not any(ways.values())}
+    fleet = [(top, one) for _, top in tops for one in top if one.tag in FLEET]
+    gone = [(top, one) for top, one in fleet if one.get("id", "") in lost]
+    if alone and gone and len(gone) == len(fleet):
+        msg = (
+            f"{path}: no vehicle finds a way between its ends, first {gone[0][1].get('id', '')}; correct its "
+            f"ends or its class"
+        )
+        raise RouteError(msg)
+    for top, one in gone:
+        top.remove(one)
 
 
 def _persons(own: Tops) -> Iterator[ET.Element]:
@@ -499,6 +544,8 @@ class _Found:
     network: RoadNetwork
     places: Mapping[str, StoppingPlace]
     once: bool
+    ignores: bool = False
+    """Whether SUMO leaves out a stop that is not ahead of its vehicle, in place of refusing it."""
     led: LedVehicle = field(default_factory=dict)
     """The edges of trips, found before vehicles are collected."""
     routes: dict[str, _Route] = field(default_factory=dict)
@@ -789,16 +836,19 @@ class _Found:
             try:
                 vehicles.append(asked.on_loops(loops, path))
             except RouteError as error:
-                if any(loops[way.route].closed for way in asked.ways):
+                refused = isinstance(error, NotAheadError) and not self.ignores
+                if refused or any(loops[way.route].closed for way in asked.ways):
                     raise
                 why = str(error).removeprefix(f"{path}: vehicle {asked.element.get('id', '')}: ")
                 self.unfit_vehicles.append(Ungated(asked.element, why))
-        stopping = (route for route in self.routes.values() if route.stops and route.id in loops)
-        return tuple(vehicles), {
-            route.id: on_loop(
-                loops[route.id],
-                stops_of_one_round(route.stops, route.rounds),
-                f"{route.source}: route {route.id}",
-            )
-            for route in stopping
-        }
+        driven = {way.route for asked in self._asked for way in asked.ways}
+        at_routes = {}
+        for route in (one for one in self.routes.values() if one.stops and one.id in loops):
+            loop, what = loops[route.id], f"{route.source}: route {route.id}"
+            try:
+                at_routes[route.id] = on_loop(loop, stops_of_one_round(route.stops, route.rounds), what)
+            except NotAheadError as error:
+                if route.id in driven and not self.ignores:
+                    raise
+                self.undriven[route.id] = f"{error}; its stops are left out"
+        return tuple(vehicles), at_routes

@@ -69,6 +69,12 @@ STOP_ATTRIBUTES = frozenset(
 _LEAST_M = 0.1
 """Length of a stop on a lane of which only the end is given [m]: SUMO's."""
 
+_ROUNDING_M = 1e-6
+
+
+class NotAheadError(RouteError):
+    """A stop of a vehicle that drives once is not ahead of it on its route; SUMO refuses that, too."""
+
 
 @dataclass(frozen=True, slots=True)
 class StoppingPlace:
@@ -119,6 +125,8 @@ class Stop:
     """Further attributes, passed on to SUMO unchanged."""
     any_lane: bool = False
     """Whether the file names only the edge; the stop is then on the lane of the loop."""
+    fits: bool = False
+    """Whether it is made where the route comes to it, wherever it is written (``index``)."""
     arc_m: float = 0.0
     """Where the front stands, as arc length on the loop [m]."""
 
@@ -240,6 +248,7 @@ def _stop(
         lot_m=(end_m - start_m) * (1.0 - 1.0 / area.lots) if area and area.lots else 0.0,
         told=_told(element, what),
         any_lane=kind == "lane" and not element.get("lane"),
+        fits=element.get("index", "end") != "end",
     )
 
 
@@ -321,28 +330,38 @@ def _metres(what: str, element: ET.Element, attribute: str, default: float) -> f
     return metres
 
 
-def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
+def on_loop(loop: Loop, stops: Sequence[Stop], what: str, *, from_m: float = 0.0) -> tuple[Stop, ...]:
     """Return stops in the order of a loop, each with its arc length.
 
     If the loop passes an edge several times, a stop is made on the first pass after the stop before it, and
     the same stop again on the next pass.
 
-    Raises `RouteError` if a stop is not on the loop, or two are at the same place.
+    Raises `RouteError` if a stop is not on the loop, or two are at the same place. On a route that is driven
+    once, `NotAheadError` if a stop is not on it, or lies behind the departure or the stop written before it.
+
+    Parameters
+    ----------
+    from_m
+        Where the vehicle departs, as arc length [m]; of no effect on a loop.
     """
     placed: list[Stop] = []
-    after_m = 0.0
+    after_m = 0.0 if loop.closed else from_m
     for stop in stops:
         if stop.edge not in loop.edges:
+            way = "loop" if loop.closed else "route"
             msg = (
-                f"{what}: the stop at {stop.name} is on edge {stop.edge}, which is not on loop {loop.id}; "
+                f"{what}: the stop at {stop.name} is on edge {stop.edge}, which is not on {way} {loop.id}; "
                 f"lead the route over it, or leave the stop out"
             )
-            raise RouteError(msg)
+            raise (RouteError if loop.closed else NotAheadError)(msg)
         passes = loop.arcs(stop.edge, stop.end_m, after_m=after_m)
+        if not loop.closed:
+            passes = _ahead(passes, from_m if stop.fits else after_m, stop, what, first=not placed)
         taken = [one.arc_m for one in placed]
         free = (arc_m for arc_m in passes if all(abs(arc_m - other_m) >= _LEAST_M for other_m in taken))
-        after_m = next(free, passes[0])
-        placed.append(replace(stop, arc_m=after_m))
+        arc_m = next(free, passes[0])
+        after_m = max(after_m, arc_m) if stop.fits else arc_m
+        placed.append(replace(stop, arc_m=arc_m))
     placed.sort(key=lambda stop: stop.arc_m)
     made: list[Stop] = []
     for stop in placed:
@@ -356,13 +375,32 @@ def on_loop(loop: Loop, stops: Sequence[Stop], what: str) -> tuple[Stop, ...]:
     return tuple(made)
 
 
+def _ahead(passes: Sequence[float], after_m: float, stop: Stop, what: str, *, first: bool) -> list[float]:
+    """Return those arc lengths of a stop that the vehicle has not passed at `after_m`.
+
+    Raises `NotAheadError` if there is none.
+    """
+    ahead = [arc_m for arc_m in passes if arc_m >= after_m - _ROUNDING_M]
+    if not ahead:
+        behind, way_out = (
+            ("the departure", "let the vehicle depart before it, or leave the stop out")
+            if first or stop.fits
+            else ("the stop written before it", "write the stops in driving order")
+        )
+        msg = f"{what}: on its route the stop at {stop.name} lies behind {behind}; {way_out}"
+        raise NotAheadError(msg)
+    return ahead
+
+
 def _both(one: Stop, other: Stop, what: str) -> Stop:
     """Return one stop for two at the same position: it lasts as long as both.
 
     Raises `RouteError` if one stop cannot do that: the first has to wait for something besides its duration.
     """
-    bare = replace(one, duration_s=0.0, until_s=None, arc_m=0.0, told=())
-    if one.triggers or bare != replace(other, duration_s=0.0, until_s=None, arc_m=0.0, told=()):
+    bare, besides = (
+        replace(s, duration_s=0.0, until_s=None, arc_m=0.0, told=(), fits=False) for s in (one, other)
+    )
+    if one.triggers or bare != besides:
         msg = f"{what}: it stops twice at {one.name}, each time in another way; make it one stop"
         raise RouteError(msg)
     # The first ends no sooner than its own end; only then the second begins to last.

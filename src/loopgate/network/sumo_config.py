@@ -22,6 +22,9 @@ _LONG = {
 }
 """Long names of options that are looked at."""
 
+_ON = frozenset({"1", "yes", "true", "on", "x", "t"})
+"""What SUMO reads as true."""
+
 
 @dataclass(frozen=True, slots=True)
 class SumoConfig:
@@ -34,6 +37,10 @@ class SumoConfig:
     """`route_files` and `additional_files`: possibly none."""
     options: Mapping[str, str] = field(default_factory=dict, hash=False)
     """All other options of the configuration, by name, unchanged."""
+
+    def is_on(self, option: str) -> bool:
+        """Return whether the configuration sets an option that is either true or false to true."""
+        return self.options.get(option, "").lower() in _ON
 
 
 def is_sumo_config(name: str | Path) -> bool:

@@ -135,7 +135,7 @@ def read_flow(element: ET.Element, what: str) -> Flow:
     flow = Flow(
         time_of(element, "begin", what, why=_WHY) or 0.0,
         time_of(element, "end", what, why=_WHY),
-        None if number is None else int(_figure(number, "number", what, least=1.0)),
+        None if number is None else _number(number, what),
     )
     if not said:
         return flow
@@ -151,6 +151,11 @@ def read_flow(element: ET.Element, what: str) -> Flow:
         clock_s = time_of(element, said[0], what) if ":" in text else None
         period_s = _figure(text if clock_s is None else str(clock_s), said[0], what)
     return Flow(flow.begin_s, flow.end_s, flow.number, period_s, rate_per_s, probability)
+
+
+def _number(text: str, what: str) -> int:
+    """Return how many vehicles a flow has; SUMO takes 0, too, and skips the flow."""
+    return 0 if as_number(text) == 0.0 else int(_figure(text, "number", what, least=1.0))
 
 
 def depart_s(element: ET.Element, what: str) -> float:
