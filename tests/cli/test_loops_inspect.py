@@ -436,3 +436,26 @@ def test_lines_with_a_timetable_are_made_from_names(tmp_path: Path) -> None:
     assert {"C0C1", "A2A3"} <= set(second)
     alone = _RUN.invoke(cli, words)
     assert (alone.exit_code, "--stops belongs to --every" in alone.output) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("stops", "says"),
+    [
+        (("B0B1",), "vehicle u: the stop at B0B1_0 is on edge B0B1, which is not on route u"),
+        (("A1A2", "A0A1"), "vehicle u: on its route the stop at A0A1_0 lies behind the stop written before"),
+    ],
+)
+def test_inspect_and_run_refuse_the_same_stops(tmp_path: Path, stops: tuple[str, ...], says: str) -> None:
+    """In the same line; SUMO would not start with them."""
+    file = tmp_path / "t.rou.xml"
+    inner = "".join(f'<stop lane="{edge}_0" endPos="40" duration="5"/>' for edge in stops)
+    file.write_text(
+        f'<routes><vehicle id="u" depart="9"><route edges="A0A1 A1A2"/>{inner}</vehicle></routes>'
+    )
+    lines = set()
+    for command in ("inspect", "run"):
+        done = loopgate(command, "networks/grid5-priority.net.xml", "--routes", str(file))
+        lines.add(done.stderr)
+        assert done.returncode == 2
+    assert len(lines) == 1
+    assert f"{file}: {says}" in lines.pop()

@@ -584,3 +584,16 @@ def test_one_edge_is_a_trip(tmp_path: Path) -> None:
     one = tmp_path / "one.rou.xml"
     one.write_text('<routes><vehicle id="v" depart="0"><route edges="A0A1"/></vehicle></routes>')
     assert run(tmp_path / "one", one)["arrived"] == 1
+
+
+@pytest.mark.parametrize("gate", ["certified", "open"])
+def test_ordinary_trips_between_junctions_drive(tmp_path: Path, gate: str) -> None:
+    """SUMO leads those that no gate can drive, and has to know junctions for that."""
+    routes = tmp_path / "t.rou.xml"
+    routes.write_text(
+        '<routes><trip id="odd" depart="0" fromJunction="A0" toJunction="A2">'
+        '<stop edge="A1A2" speed="9" endPos="9"/></trip>'
+        '<trip id="t" depart="0" fromJunction="B0" toJunction="B2"/></routes>'
+    )
+    found = run(tmp_path / "out", routes, duration_s=60, gate=gate)
+    assert found["arrived"] == (1 if gate == "certified" else 2)

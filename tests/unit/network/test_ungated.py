@@ -153,3 +153,12 @@ def test_whom_a_rerouter_leads_elsewhere_is_ordinary_traffic(tmp_path: Path) -> 
     assert any(
         "plain: rerouter r at A1A2: it acts on vehicles that have waited" in line for line in made.warnings
     )
+
+
+def test_sumo_is_told_to_know_junctions(tmp_path: Path) -> None:
+    """Only where a vehicle that it leads itself names some: without, it does not start."""
+    stop = '<stop edge="A1A2" speed="9"/>'
+    grid = RoadNetwork.open(GRID)
+    for ends, options in {'fromJunction="A0" to="A1A2"': ["--junction-taz"], WAY: []}.items():
+        text = f'<trip id="odd" depart="9" {ends}>{stop}</trip>{PLAIN}'
+        assert read_loops(grid, file(tmp_path, text), once=True).ungated.options == options
