@@ -123,8 +123,8 @@ def lead_trips(
 
     All vehicles of a flow get one route. SUMO itself would choose the same route on empty roads.
 
-    Raises `RouteError` if an edge is not in the network, or the router fails; the text has the router's
-    message.
+    Raises `RouteError` if an edge, junction, district or position that an element names is not there, or the
+    router fails; the text has the router's message.
 
     Parameters
     ----------
@@ -163,7 +163,8 @@ def lead_trips(
         for one in _positions(element)
         for kind in kinds(element).values()
     )
-    on_edges = _on_edges(network, list(top), list(kinds_at))
+    files = ", ".join(dict.fromkeys(str(source) for source, _ in asked))
+    on_edges = _on_edges(network, list(top), list(kinds_at), files)
     places = _Places(network, read_districts(beside), _at_junctions(network), on_edges)
     for source, element in sorted(asked, key=lambda one: departs_s(one[1])):
         places.check(element, _called(source, element), kinds(element))
@@ -174,7 +175,7 @@ def lead_trips(
             trip = ET.SubElement(top, "trip", {"id": f"{element.get('id', '')}@{vclass}", **said, **more})
             trip.extend(element.findall("stop"))
     by_junctions = any(places.names_junction(element) for _, element in asked)
-    routes = _routed(network, top, beside, seed=1, junctions=by_junctions)
+    routes = _routed(network, top, beside, seed=1, junctions=by_junctions, files=files)
     led: dict[str, dict[str, str]] = {}
     for _, element in asked:
         name = element.get("id", "")
@@ -308,7 +309,7 @@ def _at_junctions(network: RoadNetwork) -> dict[str, District]:
 
 
 def _on_edges(
-    network: RoadNetwork, types: Sequence[ET.Element], positions: Sequence[tuple[str, str, str]]
+    network: RoadNetwork, types: Sequence[ET.Element], positions: Sequence[tuple[str, str, str]], files: str
 ) -> dict[tuple[str, str, str], str]:
     """Return the edge at each position, if there is one, as SUMO's router finds it for a type of vehicle."""
     if not positions:
@@ -318,7 +319,7 @@ def _on_edges(
     for number, (kind, place, of) in enumerate(positions):
         more = {"type": of} if of else {}
         ET.SubElement(top, "trip", {"id": f"{number}", "depart": "0", f"from{kind}": place, **more})
-    routes = _routed(network, top, (), seed=1)
+    routes = _routed(network, top, (), seed=1, files=files)
     return {one: routes[f"{number}"] for number, one in enumerate(positions) if f"{number}" in routes}
 
 
@@ -429,10 +430,12 @@ def _routed(
     *,
     disturbed: float = 1.0,
     junctions: bool = False,
+    files: str = "",
 ) -> dict[str, str]:
     """Return the route that SUMO's router finds for each trip in `top`, by its name.
 
-    `junctions`: whether a trip names one; only then the router builds a district for each.
+    `junctions`: whether a trip names one; only then the router builds a district for each. `files`: where the
+    trips come from, for messages.
     """
     with temporary_folder() as folder:
         trips, found = folder / "trips.xml", folder / "routes.xml"
@@ -455,7 +458,8 @@ def _routed(
             done, said = None, str(error)
         if done is None or done.returncode or not found.exists():
             why = _AS_CLASS.sub("'", _reasons(said, done.returncode if done else 0))
-            msg = f"SUMO's duarouter does not lead the trips: {why}"
+            where = f"{files}: " if files else ""
+            msg = f"{where}SUMO's duarouter does not lead the trips: {why}"
             raise RouteError(msg)
         routes = ET.parse(found).getroot()  # noqa: S314  SUMO has just written it
     return {

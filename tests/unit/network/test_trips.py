@@ -159,7 +159,7 @@ def test_all_that_the_router_says_is_said(grid: RoadNetwork) -> None:
     top = ET.fromstring(
         '<routes><vType id="k" accel="x"/><trip id="t" type="k" from="A0A1" to="A1A2"/></routes>'
     )
-    with pytest.raises(RouteError, match=r"duarouter does not lead the trips: .*accel"):
+    with pytest.raises(RouteError, match=r"^t: SUMO's duarouter does not lead the trips: .*accel"):
         lead_trips(grid, [(Path("t"), top[1])], [top[0]], [], classes={})
     assert _reasons("Error: a\nb\nError: a\nQuitting (on error).\n", 1) == "a; b"
     assert _reasons("Loading net ... done\n", -11) == "it ended by signal 11 and said nothing"
