@@ -128,8 +128,8 @@ class Folder:
             msg = f"{path}: SUMO takes no name with control characters or outside of UTF-8; choose another"
             raise ScenarioError(msg)
         self._lock = FolderLock(path)
-        self._is_new = not path.exists()
         try:
+            self._is_new = not path.exists()
             path.mkdir(parents=True, exist_ok=True)
             self._take(overwrite=overwrite)
         except OSError as error:
