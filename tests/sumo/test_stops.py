@@ -124,7 +124,7 @@ def test_a_stop_on_every_road_is_made_where_routes_are_renewed_too(tmp_path: Pat
         f'<stop lane="{lane}_0" endPos="{end}" duration="5"/>'
         for lane, end in (("B2C2", 30), ("C2C1", 25), ("C1B1", 40), ("B1B2", 20))
     )
-    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" route="r"/>'
+    text = f'<route id="r" edges="B2C2 C2C1 C1B1 B1B2">{stops}</route><vehicle id="v" depart="0" route="r"/>'
     summary = run(tmp_path, text)
     (laps,) = vehicles(tmp_path)["laps"]
     assert summary["stops"]["missed"] == 0
@@ -137,7 +137,7 @@ def test_a_stop_that_names_only_an_edge_is_on_no_sidewalk(gate: str, tmp_path: P
     options = "--grid --grid.number=3 --grid.length=120 --sidewalks.guess --sidewalks.guess.max-speed=20"
     streets = netgenerate(options, tmp_path / "streets.net.xml")
     route = '<route id="r" edges="A0A1 A1B1 B1B0 B0A0"><stop edge="A1B1" endPos="60" duration="5"/></route>'
-    text = f'{route}<vehicle id="v" route="r"/>'
+    text = f'{route}<vehicle id="v" depart="0" route="r"/>'
     summary = run(tmp_path, text, "<additional/>", network=str(streets), gate=gate)
     assert {one.get("lane") for one in ET.parse(tmp_path / "stops.xml").getroot().iter("stopinfo")} >= {
         "A1B1_1"

@@ -164,11 +164,11 @@ def test_vehicle_types_that_sumo_takes(tmp_path: Path, value: str) -> None:
         ("<routes>" + "<a>" * 50_000, "not XML"),
         (f"<{'r' * 5000}/>", "the root element is <rrr"),
         (
-            '<routes><route id="r" edges="a b"/><vehicle id="v" route="r" departPos="nan"/></routes>',
+            '<routes><vehicle id="v" depart="0" departPos="nan"><route edges="a b"/></vehicle></routes>',
             "departPos",
         ),
         (
-            '<routes><route id="r" edges="a b"/><vehicle id="v" route="r" departPos="1e308"/></routes>',
+            '<routes><vehicle id="v" depart="0" departPos="1e308"><route edges="a b"/></vehicle></routes>',
             "departPos",
         ),
     ],

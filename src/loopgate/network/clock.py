@@ -2,6 +2,7 @@
 
 import math
 import re
+from contextlib import suppress
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
@@ -60,16 +61,31 @@ def time_of_day(text: str) -> float:
         raise ValueError(msg) from None
 
 
-def time_of(element: ET.Element, attribute: str, what: str, *, why: str = "") -> float | None:
+def time_of(
+    element: ET.Element, attribute: str, what: str, *, why: str = "", from_0: bool = False
+) -> float | None:
     """Return the time of an attribute, at least 0 [s]; None if the attribute is missing.
 
     Raises `RouteError` if it is no time; the text begins with `what` and ends with `why` it has to be one.
+
+    `from_0`: whether a time below 0 is refused too, as SUMO does with departures; else it counts as 0.
     """
     text = element.get(attribute)
     if text is None:
         return None
-    try:
-        return max(0.0, seconds(text))
-    except ValueError as error:
-        msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s{why}"
-        raise RouteError(msg) from error
+    with suppress(ValueError):
+        time_s = seconds(text)
+        if time_s >= 0.0 or not from_0:
+            return max(0.0, time_s)
+    least = ", from 0 on" if from_0 else ""
+    msg = f"{what}: {attribute} is {shown(text)}; expected seconds or h:m:s{least}{why}"
+    raise RouteError(msg)
+
+
+def time_if_any(element: ET.Element, attribute: str, what: str) -> float | None:
+    """Return the time of an attribute [s]; None if it is missing, or below 0, which is none for SUMO.
+
+    Raises `RouteError` if it is no time; the text begins with `what`.
+    """
+    time_s = time_of(element, attribute, what)
+    return None if time_s is None or seconds(element.attrib[attribute]) < 0.0 else time_s

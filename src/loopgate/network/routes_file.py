@@ -22,14 +22,16 @@ from loopgate.network.route_lanes import RouteChoices
 from loopgate.network.stops import (
     STOP_ATTRIBUTES,
     NotAheadError,
+    Places,
     Stop,
-    StoppingPlace,
+    edge_of_stop,
     lanes_of_stops,
     on_loop,
     read_stopping_places,
     read_stops,
     stops_of_one_round,
 )
+from loopgate.network.sumo_checks import check_fleet, check_type_names
 from loopgate.network.sumo_config import is_sumo_config, read_sumo_config
 from loopgate.network.trips import (
     ENDS,
@@ -345,6 +347,8 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     asked = any(next(top.iter("stop"), None) is not None for _, top in tops)
     places = read_stopping_places(beside) if asked else {}
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
+    check_type_names(tops)
+    check_fleet(fleet)
     ignores = config is not None and config.is_on("ignore-route-errors")
     found = _Found(network, places, once, ignores)
     found.collect_types([*more, *own])
@@ -379,7 +383,9 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     if not vehicles:
         refuse_nobody(path, ungated)
     ways = [way for vehicle in vehicles for way in (vehicle, *(one for one, _ in vehicle.ways))]
-    used = {stop.name for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some}
+    used = {
+        (stop.kind, stop.name) for some in (*at_routes.values(), *(v.stops for v in ways)) for stop in some
+    }
     return RoutesFile(
         path,
         tuple(loops),
@@ -387,7 +393,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
         found.types,
         default=next((found.types[name] for name in own_kinds if name in found.types), DEFAULT_TYPE),
         stops=at_routes,
-        stop_files=tuple(dict.fromkeys(place.file for name, place in places.items() if name in used)),
+        stop_files=tuple(dict.fromkeys(place.file for one, place in places.items() if one in used)),
         vehicle_files=vehicle_files,
         ungated=ungated,
         persons=tuple(_persons(own)),
@@ -542,7 +548,7 @@ class _Found:
     """The content of the files read so far: routes, types, vehicles, and distributions."""
 
     network: RoadNetwork
-    places: Mapping[str, StoppingPlace]
+    places: Places
     once: bool
     ignores: bool = False
     """Whether SUMO leaves out a stop that is not ahead of its vehicle, in place of refusing it."""
@@ -653,12 +659,7 @@ class _Found:
 
     def _edges_of_stops(self, element: ET.Element) -> set[str]:
         """Return the edges on which a vehicle stops."""
-        found = set()
-        for stop in element.iter("stop"):
-            named = next((self.places[v].lane for v in stop.attrib.values() if v in self.places), "")
-            lane = stop.get("lane") or named
-            found.add(lane.rpartition("_")[0] if lane else stop.get("edge", ""))
-        return found
+        return {edge_of_stop(stop, self.places) for stop in element.iter("stop")}
 
     def _led_edges(self, name: str) -> tuple[str, ...]:
         """Return the edges that SUMO's router has found for a vehicle of one class."""
@@ -690,6 +691,9 @@ class _Found:
             self._add(source, element, element.get("id") or f"route{number}")
         for spread in top.findall("routeDistribution"):
             name = spread.get("id", "distribution")
+            if name in self.drawn_routes:
+                msg = f"{source}: routeDistribution {name}: the id is used twice; rename one"
+                raise RouteError(msg)
             self.drawn_routes[name] = self._add_spread(source, spread, name)
 
     def _add(self, source: Path, element: ET.Element, name: str) -> None:

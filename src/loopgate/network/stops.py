@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.network.additional import read_additional
-from loopgate.network.clock import as_number, seconds, time_of
+from loopgate.network.clock import as_number, seconds, time_if_any, time_of
 from loopgate.network.loop import Loop
 from loopgate.network.road import RoadNetwork
 from loopgate.reading import shown
@@ -151,12 +151,16 @@ class Stop:
         return replace(once, cycle_s=self.cycle_s, since_depart=False)
 
 
-def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
-    """Read the stopping places of additional files, by name.
+Places = Mapping[tuple[str, str], StoppingPlace]
+"""Stopping places by kind and name: SUMO allows one name in each kind."""
+
+
+def read_stopping_places(files: Iterable[Path]) -> dict[tuple[str, str], StoppingPlace]:
+    """Read the stopping places of additional files, by kind and name.
 
     Raises `RouteError` if a file cannot be read.
     """
-    found: dict[str, StoppingPlace] = {}
+    found: dict[tuple[str, str], StoppingPlace] = {}
     for file in dict.fromkeys(files):
         for element in read_additional(file).iter():
             name, lane = element.get("id", ""), element.get("lane", "")
@@ -171,16 +175,24 @@ def read_stopping_places(files: Iterable[Path]) -> dict[str, StoppingPlace]:
             )
             lots = int(_metres(what, element, "roadsideCapacity", 0.0))
             on_road = element.get("onRoad", "false") in {"true", "1"}
-            found[name] = StoppingPlace(
-                _KINDS[element.tag], lane, start_m, end_m, file, on_road=on_road, spaces=spaces, lots=lots
+            kind = _KINDS[element.tag]
+            found[kind, name] = StoppingPlace(
+                kind, lane, start_m, end_m, file, on_road=on_road, spaces=spaces, lots=lots
             )
     return found
+
+
+def edge_of_stop(element: ET.Element, places: Places) -> str:
+    """Return the edge of a ``<stop>``: that of its lane or of its stopping place; "" if it names none."""
+    named = ((kind, element.get(attribute, "")) for attribute, kind in _KINDS.items())
+    lane = element.get("lane") or next((places[one].lane for one in named if one in places), "")
+    return lane.rpartition("_")[0] if lane else element.get("edge", "")
 
 
 def read_stops(
     network: RoadNetwork,
     elements: Sequence[ET.Element],
-    places: Mapping[str, StoppingPlace],
+    places: Places,
     *,
     what: str,
     cycle_s: float = 0.0,
@@ -194,7 +206,7 @@ def read_stops(
     Parameters
     ----------
     places
-        Stopping places by name.
+        Stopping places by kind and name.
     what
         File and owner, for messages.
     cycle_s, since_depart
@@ -212,7 +224,7 @@ _DRIVE = ("passenger", "bus", "tram")
 def _stop(
     network: RoadNetwork,
     element: ET.Element,
-    places: Mapping[str, StoppingPlace],
+    places: Places,
     what: str,
     cycle_s: float,
     *,
@@ -226,8 +238,14 @@ def _stop(
     if not triggers and "duration" not in element.attrib and "until" not in element.attrib:
         msg = f"{what}: it says neither duration nor until, so the vehicle would stand for good; give one"
         raise RouteError(msg)
+    duration_s, until_s = (time_if_any(element, one, what) for one in ("duration", "until"))
+    said = [one for one in ("duration", "until") if one in element.attrib]
+    if said and duration_s is None and until_s is None:
+        figures = " and ".join(f"{one} {shown(element.get(one))}" for one in said)
+        msg = f"{what}: it has {figures}; expected seconds or h:m:s, from 0 on"
+        raise RouteError(msg)
     kind, name, lane, start_m, end_m = _where(network, element, places, what)
-    area = places.get(name) if kind == "parkingArea" else None
+    area = places.get((kind, name)) if kind == "parkingArea" else None
     parking = element.get("parking", "false")
     if parking not in {"true", "1", "false", "0"}:
         msg = f"{what}: parking is {shown(parking)}; expected true or false"
@@ -238,8 +256,8 @@ def _stop(
         lane,
         start_m,
         end_m,
-        duration_s=time_of(element, "duration", what) or 0.0,
-        until_s=time_of(element, "until", what),
+        duration_s=duration_s or 0.0,
+        until_s=until_s,
         cycle_s=cycle_s,
         since_depart=since_depart,
         triggers=triggers,
@@ -274,22 +292,23 @@ def _triggers(element: ET.Element, what: str) -> tuple[str, ...]:
 
 
 def _where(
-    network: RoadNetwork, element: ET.Element, places: Mapping[str, StoppingPlace], what: str
+    network: RoadNetwork, element: ET.Element, places: Places, what: str
 ) -> tuple[str, str, str, float, float]:
     """Return kind, name, lane, start and end [m] of a stop."""
     for attribute, kind in _KINDS.items():
         name = element.get(attribute)
         if not name:
             continue
-        place = places.get(name)
+        place = places.get((kind, name))
+        other = next((one for (_, called), one in places.items() if called == name), None)
+        if place is None and other is not None:
+            msg = f"{what}: {attribute} {shown(name)}: in {other.file} it is a {other.kind}"
+            raise RouteError(msg)
         if place is None:
             msg = (
                 f"{what}: {attribute} {shown(name)} is in none of the additional files; name the file in the "
                 f"configuration, or by --stops"
             )
-            raise RouteError(msg)
-        if place.kind != kind:
-            msg = f"{what}: {attribute} {shown(name)}: in {place.file} it is a {place.kind}"
             raise RouteError(msg)
         length_m = _lane_m(network, place.lane, f"{place.file}: {attribute} {name}")
         start_m, end_m = (_from_begin(m, length_m) for m in (place.start_m, place.end_m))

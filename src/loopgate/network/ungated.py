@@ -14,7 +14,7 @@ from loopgate.network.trips import JUNCTIONS, ROUNDS, one_round
 from loopgate.network.vehicle_type import routes_named
 from loopgate.reading import counted, listed, shown
 
-_SUDDEN = ("triggered", "containerTriggered", "split")
+SUDDEN = ("triggered", "containerTriggered", "split")
 """Values of ``depart`` with which an event, not a time, lets a vehicle depart."""
 
 _TYPES = ("vType", "vTypeDistribution")
@@ -132,7 +132,7 @@ def _ways(
 
 def _why(element: ET.Element, ways: Iterable[ET.Element]) -> str:
     depart = element.get("depart", "")
-    if depart in _SUDDEN:
+    if depart in SUDDEN:
         return f"depart is {depart}, of which no gate is told"
     return next((why for one in (element, *ways) if (why := _why_stop(one))), "")
 

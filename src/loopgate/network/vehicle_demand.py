@@ -133,10 +133,13 @@ def read_flow(element: ET.Element, what: str) -> Flow:
         msg = f"{what}: it says {said[0]}, number and end; with the first, SUMO takes one of the others only"
         raise RouteError(msg)
     flow = Flow(
-        time_of(element, "begin", what, why=_WHY) or 0.0,
+        time_of(element, "begin", what, why=_WHY, from_0=True) or 0.0,
         time_of(element, "end", what, why=_WHY),
         None if number is None else _number(number, what),
     )
+    if flow.end_s is not None and flow.end_s < flow.begin_s:
+        msg = f"{what}: its end, {flow.end_s:g} s, is before its begin, {flow.begin_s:g} s; correct one"
+        raise RouteError(msg)
     if not said:
         return flow
     text = element.attrib[said[0]]
@@ -161,11 +164,15 @@ def _number(text: str, what: str) -> int:
 def depart_s(element: ET.Element, what: str) -> float:
     """Return when a ``<vehicle>`` departs [s].
 
-    Raises `RouteError` if that is no time.
+    Raises `RouteError` if that is missing, or no time from 0 on.
     """
     if element.get("depart") in {"begin", "now"}:
         return 0.0
-    return time_of(element, "depart", what, why=_WHY) or 0.0
+    at_s = time_of(element, "depart", what, why=_WHY, from_0=True)
+    if at_s is None:
+        msg = f"{what}: it has no depart; give the seconds or h:m:s{_WHY}"
+        raise RouteError(msg)
+    return at_s
 
 
 def _figure(text: str, attribute: str, what: str, *, least: float = 0.0, most: float = 1e9) -> float:

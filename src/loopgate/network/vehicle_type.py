@@ -13,6 +13,7 @@ import sumo
 
 from loopgate.errors import RouteError
 from loopgate.network.clock import as_number
+from loopgate.network.colour import check_colour
 from loopgate.network.road import VEHICLE_CLASSES
 from loopgate.network.xml_file import open_xml
 from loopgate.reading import shown
@@ -143,6 +144,7 @@ def vehicle_type(element: ET.Element, source: str) -> VehicleType:
         elif attribute.startswith(_SETTINGS) and math.isnan(as_number(text, default=0.0)):
             msg = f"{source}: vType {name}: {attribute} is {shown(text)}; expected a number"
             raise RouteError(msg)
+    check_colour(element, f"{source}: vType {name}")
     vclass = element.get("vClass", DEFAULT_TYPE.vclass)
     return VehicleType(
         id=name,

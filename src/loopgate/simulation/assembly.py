@@ -1,6 +1,7 @@
 """Reads the parts of a run and fits them together before SUMO starts."""
 
 from collections.abc import Collection, Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +13,7 @@ from loopgate.abstraction.queues import make_queues
 from loopgate.abstraction.segments import make_segments
 from loopgate.cache import without_collection
 from loopgate.control.start import VehicleStart
-from loopgate.errors import RefusedLoopError, ScenarioError, TooManyVehiclesError
+from loopgate.errors import LoopgateError, RefusedLoopError, RouteError, ScenarioError, TooManyVehiclesError
 from loopgate.network import Loop, RoadNetwork, VehicleDemand, read_loops
 from loopgate.network.cover.wishes import read_districts, read_weights
 from loopgate.network.incidents import Incidents, read_incidents
@@ -22,6 +23,7 @@ from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
 from loopgate.network.vehicle_demand import RoutesFile, scaled
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import (
+    check_names,
     check_number,
     departs_at_edge,
     departs_in_place,
@@ -48,7 +50,7 @@ from loopgate.simulation.demand.detours import (
 from loopgate.simulation.demand.other_lanes import OtherLanes
 from loopgate.simulation.demand.shared_lanes import share_lanes, wanted_lane
 from loopgate.simulation.drivers import advised_type, driven_by_machines
-from loopgate.simulation.scenario import Scenario
+from loopgate.simulation.scenario import Scenario, option_name
 from loopgate.simulation.settings import (
     brakes_late,
     check_types,
@@ -339,7 +341,11 @@ def _read_vehicles(
         drawn = RoutesFile(Path(scenario.network), tuple(found.loops), (), {})
         return give_loops(scenario, network, drawn), warnings, None
     source, counts = scenario.routes or scenario.network, scenario.counts_vehicles
-    file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
+    try:
+        file = read_loops(network, source, stops=scenario.stop_files, once=not counts)
+    except RouteError as error:
+        _refuse_counted_trips(scenario, network, error)
+        raise
     if file.vehicles and not counts:
         begin_s = begins_s(scenario, file)
         end_s = begin_s + scenario.warmup_s + scenario.duration_s
@@ -348,6 +354,7 @@ def _read_vehicles(
             file = replace(file, vehicles=tuple(as_by_default(demand, all_options(scenario))))
         check_number(file, begin_s, end_s)
         mine = [one for vehicle in file.vehicles for one in vehicle.each(begin_s, end_s, scenario.seed)]
+        check_names(mine, source)
         mine = going_on(network, mine, end_s, scenario.seed)
         told = (
             *file.left_out,
@@ -360,6 +367,23 @@ def _read_vehicles(
         for v in give_loops(scenario, network, file)
     ]
     return stopping, file.left_out_of_routes, file
+
+
+def _refuse_counted_trips(scenario: Scenario, network: RoadNetwork, error: RouteError) -> None:
+    """Raise `ScenarioError` if a file has no loops for the vehicles of the scenario, but drives by itself."""
+    source = scenario.routes or scenario.network
+    counting = ("vehicles", "vehicles_per_km", "on_loops", "types")
+    options = [f"--{option_name(field)}" for field in counting if getattr(scenario, field)]
+    once = False
+    with suppress(LoopgateError):
+        file = read_loops(network, source, stops=scenario.stop_files, once=True)
+        once = any(vehicle.once for vehicle in file.vehicles)
+    if once and options:
+        msg = (
+            f"{source}: its vehicles drive their routes once, so there are no loops for "
+            f"{' and '.join(options)}; leave {'it' if len(options) == 1 else 'them'} away"
+        )
+        raise ScenarioError(msg) from error
 
 
 def as_by_default(vehicles: Iterable[VehicleDemand], options: Mapping[str, str]) -> Iterator[VehicleDemand]:

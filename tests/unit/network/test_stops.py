@@ -216,3 +216,44 @@ def test_a_stop_beside_the_loop_is_refused(tmp_path: Path) -> None:
             '<route id="r" edges="a b"/><vehicle id="v" route="r" depart="0">'
             '<stop lane="c_0" duration="3"/></vehicle>',
         )
+
+
+@pytest.mark.parametrize(
+    ("said", "lasts_s", "until_s"),
+    [
+        ('duration="-5"', None, None),
+        ('until="-5"', None, None),
+        ('duration="-5" triggered="true"', None, None),
+        ('duration="-5" until="50"', 0.0, 50.0),
+        ('duration="10" until="-5"', 10.0, None),
+        ('duration="0"', 0.0, None),
+    ],
+)
+def test_figures_below_0_are_none(
+    tmp_path: Path, said: str, lasts_s: float | None, until_s: float | None
+) -> None:
+    """As in SUMO, one of them has to be a time from 0 on."""
+    stop = f'<stop busStop="school" {said}/>'
+    text = f'<route id="r" edges="a b c"/><vehicle id="v" depart="0" route="r">{stop}</vehicle>'
+    if lasts_s is None:
+        with pytest.raises(RouteError, match=r"vehicle v: stop 1: it has (duration|until) '-5'; expected"):
+            fleet(tmp_path, text)
+        return
+    (made,) = fleet(tmp_path, text)[1][0].stops
+    assert (made.duration_s, made.until_s) == (lasts_s, until_s)
+
+
+def test_places_of_two_kinds_may_have_one_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """SUMO looks a stopping place up by kind and name."""
+    twin = '<chargingStation id="yard" lane="c_1" startPos="5" endPos="15"/></additional>'
+    monkeypatch.setitem(globals(), "PLACES", PLACES.replace("</additional>", twin))
+    stops = '<stop parkingArea="yard" duration="5"/><stop chargingStation="yard" duration="5"/>'
+    text = f'<route id="r" edges="a b c"/><vehicle id="v" depart="0" route="r">{stops}</vehicle>'
+    read, (v,) = fleet(tmp_path, text)
+    assert [(stop.kind, stop.lane) for stop in v.stops] == [
+        ("parkingArea", "a_1"),
+        ("chargingStation", "c_1"),
+    ]
+    assert read.stop_files == (tmp_path / "places.add.xml",)
+    with pytest.raises(RouteError, match=r"busStop 'yard': in .* it is a parkingArea"):
+        fleet(tmp_path, text.replace("chargingStation=", "busStop="))

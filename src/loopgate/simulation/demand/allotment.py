@@ -49,6 +49,17 @@ def check_number(file: RoutesFile, begin_s: float, end_s: float) -> None:
         raise ScenarioError(msg)
 
 
+def check_names(vehicles: Sequence[VehicleDemand], source: str) -> None:
+    """Raise `ScenarioError` if two vehicles that depart in a run have one name; the text names it.
+
+    Flows without end, and copies by the option ``scale``, may make names that other vehicles have.
+    """
+    twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
+    if twice is not None:
+        msg = f"{source}: two vehicles are called {twice}; rename one, or the flow that makes it"
+        raise ScenarioError(msg)
+
+
 _CLEAR_M = 0.5
 """Space between the beginning of a place and the rear of a vehicle that departs in it [m]."""
 
@@ -117,10 +128,6 @@ def by_departure(
     scenario: Scenario, vehicles: Sequence[VehicleDemand], file: RoutesFile | None
 ) -> tuple[list[VehicleDemand], list[VehicleDemand], tuple[str, ...]]:
     """Return the vehicles there from the beginning, the later departures in order of time, and warnings."""
-    twice = next((name for name, times in Counter(v.id for v in vehicles).items() if times > 1), None)
-    if twice is not None:
-        msg = f"{scenario.routes or scenario.network}: two vehicles are called {twice}; rename one"
-        raise ScenarioError(msg)
     begin_s = begins_s(scenario, file)
     # Times of a timetable count from where the route begins, so such a vehicle departs there.
     timed = {
