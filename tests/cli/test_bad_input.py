@@ -8,6 +8,7 @@ from loopgate.cli import main as command
 
 ROOT = Path(__file__).parents[2]
 RING = str(ROOT / "networks" / "ring3.net.xml")
+GRID = str(ROOT / "networks" / "grid5-priority.net.xml")
 LOOPS = str(ROOT / "routes" / "ring3.rou.xml")
 LONG = "x" * 300
 
@@ -209,3 +210,75 @@ def test_what_is_refused_leaves_no_folder(
     assert "fcd.xml" in refused(capsys, monkeypatch, "read-fcd", str(trace), RING, "-o", str(made))
     assert sorted(one.name for one in tmp_path.iterdir()) == ["fcd.xml", "there"]
     assert not list(there.iterdir())
+ALONE = '<vehicle {} depart="7"><route edges="A0A1 A1A2"/></vehicle>'
+
+
+@pytest.mark.parametrize("verb", ["run", "inspect"])
+@pytest.mark.parametrize(
+    ("inside", "says"),
+    [
+        (2 * ALONE.format('id="q"'), "x.rou.xml: vehicle q: the id is used twice"),
+        (ALONE.format(""), "x.rou.xml: a <vehicle depart='7'> has no id"),
+        (
+            ALONE.format('id="&lt;script&gt;"'),
+            "vehicle '<script>': SUMO allows no '<' in the id of a vehicle",
+        ),
+        (ALONE.format('id="q" color="notacolor"'), "vehicle q: color is 'notacolor'"),
+        (2 * '<trip id="t" depart="5" from="A0A1" to="A1A2"/>', "x.rou.xml: trip t: the id is used twice"),
+        (
+            '<flow id="f" begin="5" end="50" probability="1" from="A0A1" to="A1A2"/>'
+            + ALONE.format('id="f.1"'),
+            "x.rou.xml: two vehicles are called f.1; rename one",
+        ),
+    ],
+)
+def test_vehicles_that_sumo_refuses(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    verb: str,
+    inside: str,
+    says: str,
+) -> None:
+    """One line with file and element, from `inspect` too."""
+    (tmp_path / "x.rou.xml").write_text(f"<routes>{inside}</routes>", encoding="utf-8")
+    assert says in refused(capsys, monkeypatch, verb, GRID, "--routes", str(tmp_path / "x.rou.xml"))
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--vehicles", "5"], "no loops for --vehicles; leave it away"),
+        (["--on-loops", "v=1"], "no loops for --on-loops; leave it away"),
+        (["--types", "bus=1", "--vehicles", "5"], "no loops for --vehicles and --types; leave them away"),
+    ],
+)
+def test_numbers_for_loops_beside_trips(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    words: list[str],
+    says: str,
+) -> None:
+    """The way out, once, and not a line for each trip."""
+    trips = "".join(f'<trip id="t{k}" depart="{k}" from="A0A1" to="A1A2"/>' for k in range(3))
+    for inside in (trips, ALONE.format('id="q"')):
+        (tmp_path / "x.rou.xml").write_text(f"<routes>{inside}</routes>", encoding="utf-8")
+        line = refused(capsys, monkeypatch, "run", GRID, "--routes", str(tmp_path / "x.rou.xml"), *words)
+        assert "x.rou.xml: its vehicles drive their routes once" in line
+        assert says in line
+
+
+def test_inspect_names_the_step_of_a_configuration(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """With its file."""
+    alone = ALONE.format('id="q"')
+    (tmp_path / "x.rou.xml").write_text(f"<routes>{alone}</routes>", encoding="utf-8")
+    config = tmp_path / "x.sumocfg"
+    config.write_text(
+        f'<configuration><net-file value="{Path(GRID).resolve()}"/><route-files value="x.rou.xml"/>'
+        '<step-length value="2"/></configuration>',
+        encoding="utf-8",
+    )
+    assert "x.sumocfg: step-length: step_s is 2.0" in refused(capsys, monkeypatch, "inspect", str(config))

@@ -413,7 +413,7 @@ def test_inspect_lists_trips_as_run_takes_them(trips: Path) -> None:
     grid = f"{NETWORKS}/networks/grid5-priority.net.xml"
     done = loopgate("inspect", grid, "--routes", trips)
     assert done.returncode == 0
-    assert "2 vehicles under the gate, 1 drive once" in done.stdout
+    assert "2 vehicles under the gate, 1 drives once" in done.stdout
     assert "1 vehicle in ordinary traffic, first b" in done.stdout
     data = json.loads(loopgate("inspect", grid, "--routes", trips, "--json").stdout)
     assert [v["id"] for v in data["vehicles"]] == ["round", "a"]

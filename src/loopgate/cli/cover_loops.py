@@ -351,7 +351,7 @@ def _of_cover(roads: RoadNetwork, cover: Cover, begin: str) -> Iterator[str]:
     if not cover.finished:
         yield f"{begin}interrupted: these are the best loops found so far"
     yield (
-        f"{begin}{len(cover.covered)} of {streets} streets covered by {_km(loops):.2f} km, "
+        f"{begin}{len(cover.covered)} of {counted(streets, 'street')} covered by {_km(loops):.2f} km, "
         f"{_twice(roads, loops):.1%} of the length repeats streets"
     )
     laps = laps_s(roads, loops) if design.task.by_time else [loop.length_m for loop in loops]

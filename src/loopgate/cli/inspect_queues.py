@@ -73,7 +73,7 @@ def look_at_queues(roads: RoadNetwork, file: RoutesFile, wanted: Wanted) -> Scen
         from loopgate.report.queue_map import draw_queues
 
         loops, places = counted(len(found.loops), "loop"), counted(len(found.places), "place")
-        title = f"{roads.name}: {loops}, {places} for {found.holds} vehicles"
+        title = f"{roads.name}: {loops}, {places} for {counted(found.holds, 'vehicle')}"
         draw_queues(roads, found, wanted.picture, title=title)
     if wanted.additional is not None:
         room = {place.id: place.capacity for place in found.places}
@@ -291,14 +291,14 @@ def _print_room(out: Console, seen: _Seen) -> None:
     works = "works" if len(found.loops) == 1 else "work"
     out.print(
         f"{counted(len(found.loops), 'loop')} that {works}: {counted(len(found.places), 'place')} for "
-        f"{found.holds} vehicles, {counted(len(found.crossings), 'crossing')} with "
+        f"{counted(found.holds, 'vehicle')}, {counted(len(found.crossings), 'crossing')} with "
         f"{counted(found.conflicts, 'conflict')}"
         + (f", {len(found.unlisted)} of them unlisted: only geometry shows them" if found.unlisted else "")
         + (f"; {counted(len(found.joined), 'lane')} too short to queue on" if found.joined else ""),
         style="bold",
     )
     out.print(
-        f"capacity: {found.at_start} vehicles can start on these loops so that each can move, "
+        f"capacity: {counted(found.at_start, 'vehicle')} can start on these loops so that each can move, "
         f"{found.even} if they are dealt to the loops in turn (--vehicles {found.even})"
     )
     km = sum(loop.length_m for loop in found.loops) / 1000.0

@@ -24,7 +24,7 @@ def look_at_trips(scenario: Scenario, *, as_json: bool) -> None:
         return
     to = console()
     roads = assembly.network.name
-    title = f"{roads}: {counted(len(data['vehicles']), 'vehicle')} under the gate, {data['once']} drive once"
+    title = f"{roads}: {counted(len(data['vehicles']), 'vehicle')} under the gate, {_once(data['once'])}"
     columns = ("vehicle", "departs [s]", "from", "to", "length [m]", "places")
     rows = [
         [v["id"], f"{v['depart_s']:g}", v["from"], v["to"], f"{v['length_m']:.0f}", v["places"]]
@@ -35,6 +35,10 @@ def look_at_trips(scenario: Scenario, *, as_json: bool) -> None:
     places, ways = counted(data["places"], "place"), counted(data["ways"], "way")
     to.print(f"{places} with {counted(data['slots'], 'slot')} on {ways}", markup=False)
     print_warnings(to, data["warnings"])
+
+
+def _once(number: int) -> str:
+    return f"{number} {'drives' if number == 1 else 'drive'} once"
 
 
 def _data(assembly: Assembly) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, Time, print_json
+from loopgate.reading import counted
 
 if TYPE_CHECKING:
     from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
@@ -283,7 +284,7 @@ def _random_loops(wish: LoopsWish) -> None:
     wish.put_out(text, {"loops": data, "warnings": [one.shortfall for one in short]})
     if wish.out is not None and not wish.as_json:
         total = sum(loop.length_m for loop in found_loops) / 1000.0
-        click.echo(f"{len(found_loops)} loops, {total:.1f} km in all, written to {wish.out}")
+        click.echo(f"{counted(len(found_loops), 'loop')}, {total:.1f} km in all, written to {wish.out}")
     if then and not wish.as_json:
         click.echo(then)
     for one in short:

@@ -15,6 +15,7 @@ import click
 
 from loopgate.cli.terminal import FiniteRange, print_json, show_progress
 from loopgate.errors import SweepError
+from loopgate.reading import counted
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -150,9 +151,8 @@ def _show_plan(
     if len(points) > _SHOWN:
         click.echo(f"... and {len(points) - _SHOWN} more")
     counts = [f"{k}: {len(Counter(str(p.scenario.get(k)) for p in points))}" for k in varying]
-    click.echo(
-        f"{len(points)} runs ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already"
-    )
+    runs = counted(len(points), "run")
+    click.echo(f"{runs} ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already")
     click.echo(f"about {_span(plan.seconds)} on {plan.workers} processes ({plan.basis}); nothing was run")
 
 

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from loopgate.reading import counted
 from loopgate.results.figures import closed_at_s, summary_rows
 from loopgate.versions import ledger_kind, ledger_words
 
@@ -55,7 +56,7 @@ def deadlock_text(deadlock: Mapping[str, Any]) -> str:
     streets = list(dict.fromkeys(_LANE.sub("", place) for place in deadlock["places"]))
     more = f" and {len(streets) - _STREETS} more" if len(streets) > _STREETS else ""
     where = f"{', '.join(streets[:_STREETS])}{more}"
-    text = f"{len(vehicles)} vehicles on {len(streets)} street{'s' * (len(streets) != 1)}: {where}"
+    text = f"{counted(len(vehicles), 'vehicle')} on {counted(len(streets), 'street')}: {where}"
     if len(vehicles) <= _SMALL:
         text += f" ({' -> '.join([*vehicles, vehicles[0]])})"
     behind = deadlock.get("held_up", len(vehicles)) - len(vehicles)

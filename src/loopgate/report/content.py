@@ -49,6 +49,7 @@ from loopgate.analysis.statistics import FEWEST, NO_INTERVAL
 from loopgate.plots.charts import Chart
 from loopgate.plots.course import CUMULATIVE
 from loopgate.plots.style import MAX_SERIES, series_order
+from loopgate.reading import counted
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES, TRUNCATED
 from loopgate.results.table_reading import read_summary
@@ -296,7 +297,11 @@ class Content:
         """The values of the expressions that commands are made of."""
         runs = self.known["runs"]
         cut = int(runs[TRUNCATED].eq(other=True).sum()) if TRUNCATED in runs else 0
-        self._mark = f"{cut} of {len(runs)} runs stopped at their deadlock" if cut else ""
+        self._mark = (
+            f"{cut} of {counted(len(runs), 'run')} stopped at {'its' if cut == 1 else 'their'} deadlock"
+            if cut
+            else ""
+        )
         """What every figure and table says of runs that are compared with longer ones."""
         self.tables: dict[str, TableItem] = {}
         self.figures: list[FigureItem] = []

@@ -91,7 +91,8 @@ def lead(sections: Sequence[Section]) -> str:
     vehicles = f"{counts[0]:g}" if len(counts) == 1 else f"{counts[0]:g} to {counts[-1]:g}"
     seeds = runs[c.SEED].nunique()
     of_each = f"{_span(runs[c.DURATION].max())}{' each' if len(runs) > 1 else ''}"
-    what = f"{vehicles} vehicles, {seeds} seed{'s' if seeds > 1 else ''}, {of_each}"
+    noun = "vehicle" if vehicles == "1" else "vehicles"
+    what = f"{vehicles} {noun}, {counted(seeds, 'seed')}, {of_each}"
     gates = runs[SERIES].str.partition(", ")[0]
     of, locked = gates.value_counts(), gates[runs[c.DEADLOCKS] > 0].value_counts()
     found = ", ".join(
@@ -371,10 +372,11 @@ def _mishaps(runs: pd.DataFrame) -> list[str]:
     for series, group in runs.groupby(SERIES, sort=True):
         known = group[c.COLLISIONS].notna().any()
         collisions, teleports = int(group[c.COLLISIONS].sum()), int(group[c.TELEPORTS].sum())
-        mishaps = f"{collisions} collisions, {teleports} teleports" if known else "collisions not known"
+        found = f"{counted(collisions, 'collision')}, {counted(teleports, 'teleport')}"
+        mishaps = found if known else "collisions not known"
         audited = group[group[c.AUDIT].notna() & (group[c.AUDIT] != c.NOT_GATED)]
         clean = int((audited[c.AUDIT] == "clean").sum())
-        audit = f", audit clean in {clean} of {len(audited)} runs" if len(audited) else ""
+        audit = f", audit clean in {clean} of {counted(len(audited), 'run')}" if len(audited) else ""
         starving = int(group[c.STARVING].sum()) if c.STARVING in group else 0
         starved = f", {counted(starving, 'vehicle')} starved" if starving else ""
         kinds = (c.CLOSURES, "closed edge"), (c.BREAKDOWNS, "breakdown")

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from loopgate.plots.style import series_order
+from loopgate.reading import counted
 from loopgate.report.content import Section
 from loopgate.results import columns as c
 from loopgate.results.columns import SERIES
@@ -34,18 +35,18 @@ def methods(section: Section, failed: int) -> str:
     told = [_of_fcd(section.network, every[read])] if read.any() else []
     if runs.empty:
         return " ".join([*told, _DEFINED if section.watch is None else _OF_WATCH])
-    on = f" on {_values(runs, c.LOOPS)} loops" if runs[c.LOOPS].gt(0).any() else ""
+    on = f" on {_many(runs, c.LOOPS, 'loop')}" if runs[c.LOOPS].gt(0).any() else ""
     seeds = runs[c.SEED].nunique()
     sumo, own = _values(runs, c.SUMO_VERSION), _values(runs, c.LOOPGATE_VERSION)
     made_with = f"Eclipse SUMO {sumo} (Lopez et al. 2018) and loopgate {own}{_code(runs)}"
-    of_runs = f"{len(runs)} run{'s' if len(runs) > 1 else ''} with {_values(runs, c.VEHICLES)} vehicles{on}"
+    of_runs = f"{counted(len(runs), 'run')} with {_many(runs, c.VEHICLES, 'vehicle')}{on}"
     with_seeds = f"the seed{'s' if seeds > 1 else ''} {_values(runs, c.SEED)}"
     time = f"{_values(runs, c.DURATION)} s after a warm-up of {_values(runs, c.WARMUP)} s"
     asked = _Asked(runs)
     parts = [
         f"Traffic in the road network {section.network} was simulated with {made_with}.",
         f"{of_runs} and {with_seeds} measured {time}{' each' if len(runs) > 1 else ''}.",
-        f"{failed} runs failed and are left out." if failed else "",
+        f"{counted(failed, 'run')} failed and {'is' if failed == 1 else 'are'} left out." if failed else "",
         *asked.demand(),
         f"Rules: {'; '.join(_rules(runs))}.",
         *asked.conduct(),
@@ -224,6 +225,12 @@ def _values(runs: pd.DataFrame, column: str) -> str:
     if len(numbers) > 2 and whole and numbers[-1] - numbers[0] == len(numbers) - 1:  # noqa: PLR2004
         return f"{numbers[0]:.0f} to {numbers[-1]:.0f}"
     return ", ".join(f"{number:.0f}" if number == int(number) else f"{number:g}" for number in numbers)
+
+
+def _many(runs: pd.DataFrame, column: str, what: str) -> str:
+    """Return the values of a column, and the noun that they count."""
+    values = _values(runs, column)
+    return f"{values} {what}" if values == "1" else f"{values} {what}s"
 
 
 def _code(runs: pd.DataFrame) -> str:

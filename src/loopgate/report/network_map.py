@@ -14,6 +14,7 @@ from loopgate.arrays import Floats
 from loopgate.model import StateId
 from loopgate.network.loop import Loop, cut_curve
 from loopgate.network.road import RoadNetwork
+from loopgate.reading import counted
 from loopgate.report.base_map import (
     DPI,
     INK,
@@ -178,11 +179,11 @@ def _legend(
         for k, loop in enumerate(loops[:_LEGEND_LOOPS])
     ]
     if len(loops) > _LEGEND_LOOPS:
-        entries.append(entry(f"and {len(loops) - _LEGEND_LOOPS} more loops", linestyle="none"))
+        entries.append(entry(f"and {counted(len(loops) - _LEGEND_LOOPS, 'more loop')}", linestyle="none"))
     if zones:
         entries.append(entry(f"zones: one vehicle at a time ({zones})", color="#FBD9BF", linewidth=8))
     if left:
-        entries.append(entry(f"on no loop ({left} streets)", color=_ZONE, linewidth=1.4))
+        entries.append(entry(f"on no loop ({counted(left, 'street')})", color=_ZONE, linewidth=1.4))
     if starts:
         dot = {"marker": "o", "markersize": 7.5, "markerfacecolor": INK, "markeredgecolor": "white"}
         entries.append(entry("vehicle at its start", linestyle="none", **dot))

@@ -54,7 +54,7 @@ def _mishaps(summary: Summary) -> Rows:
 
 
 def _vehicles(summary: Summary) -> Rows:
-    on = f" on {summary['loops']} loops" if summary["loops"] else ""
+    on = f" on {counted(summary['loops'], 'loop')}" if summary["loops"] else ""
     return [("vehicles", f"{summary['vehicles']}{on}")]
 
 
@@ -210,8 +210,8 @@ def _others(summary: Summary) -> Rows:
     others = summary.get("others")
     if not others:
         return []
-    seen = f"{others['vehicles']} ordinary vehicles; " if "vehicles" in others else ""
-    said = f"{seen}{others['collisions']} collisions between them"
+    seen = f"{counted(others['vehicles'], 'ordinary vehicle')}; " if "vehicles" in others else ""
+    said = f"{seen}{counted(others['collisions'], 'collision')} between them"
     if judged := len(others.get("verdicts", ())):
         erred = f"the ordinary driver erred in {summary['collisions_by_others']}"
         said += f", {judged} with gated vehicles; {erred}"
@@ -345,12 +345,16 @@ def _seen(summary: Summary) -> Rows:
     if not watch:
         return []
     never = watch["never_seen"]
-    text = f"{watch['streets'] - never} of {watch['streets']} streets seen"
+    text = f"{watch['streets'] - never} of {counted(watch['streets'], 'street')} seen"
     if watch["worst_idleness_of_seen_s"] is not None:
         text += f"; the worst of these {watch['worst_idleness_of_seen_s']:.0f} s"
     if never:
         missed = min(never, summary["unvisited_edges"] or 0)
-        why = [f"{never - missed} are on no loop"] if never > missed else []
+        why = (
+            [f"{never - missed} {'is' if never - missed == 1 else 'are'} on no loop"]
+            if never > missed
+            else []
+        )
         why += [f"no vehicle came to {missed} on loops"] if missed else []
         why = why if summary["loops"] else ["no vehicle came"]
         text += f"; {never} never, because {' and '.join(why)}"
@@ -373,7 +377,7 @@ def _watch(summary: Summary) -> Rows:
         rows.append((f"seen every {watch['bound_s']:g} s", promise + worst))
     for row in watch.get("districts", ())[:_DISTRICTS]:
         never = f", {row['never_seen']} never seen" if row["never_seen"] else ""
-        text = f"{row['streets']} streets{never}; idleness mean {row['idleness_s']:.0f} s"
+        text = f"{counted(row['streets'], 'street')}{never}; idleness mean {row['idleness_s']:.0f} s"
         rows.append((f"in {row['district']}", f"{text}, worst {row['worst_idleness_s']:.0f} s"))
     return rows
 

@@ -671,14 +671,18 @@ class Scenario:
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
+        configured: dict[str, object] = {}
         try:
             if isinstance(values["network"], str) and is_file(values["network"]):
                 from loopgate.simulation.sumo_options import from_configuration  # noqa: PLC0415  reads roads
 
-                values = from_configuration(values["network"], values.get("begin_s", -1.0)) | values
-            return cls(**values)
+                configured = from_configuration(values["network"], values.get("begin_s", -1.0))
+            return cls(**(configured | values))
         except LoopgateError as error:
-            msg = f"{source}: {error}"
+            key = str(error).partition(" ")[0]
+            by_file = key in configured and key not in values
+            where = f"{values['network']}: {_CONFIGURED.get(key, key)}: " if by_file else ""
+            msg = f"{source}: {where}{error}"
             raise ScenarioError(msg) from error
 
     def to_dict(self) -> dict[str, Any]:
@@ -769,6 +773,10 @@ def kinds() -> dict[str, tuple[type, Rule]]:
 
 
 _OPTION = {"outputs": "write", "who": "gated", "loop_length_m": "length", "step_s": "step-length"}
+
+
+_CONFIGURED = {"step_s": "step-length", "duration_s": "end"}
+"""The option of a configuration that sets a key, where it has another name."""
 
 
 def option_name(field: str) -> str:

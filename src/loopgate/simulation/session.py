@@ -161,18 +161,18 @@ def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     lines = []
     if summary["overruns"]:
         lines.append(
-            f"{summary['overruns']} held vehicles could not brake for their line, or did not, and were "
-            "stopped as hard as possible: the events 'overrun' name them and the places"
+            f"{counted(summary['overruns'], 'held vehicle')} could not brake for their line, or did not, and "
+            "were stopped as hard as possible: the events 'overrun' name them and the places"
         )
     if summary["trespasses"]:
         lines.append(
-            f"{summary['trespasses']} vehicles entered a state without a grant: the events "
+            f"{counted(summary['trespasses'], 'vehicle')} entered a state without a grant: the events "
             "'enter' with the reason 'not granted' name them and the places"
         )
     if summary["strays"]:
         lines.append(
-            f"SUMO took {summary['strays']} vehicles to a lane outside their loop; they were led back: "
-            "the events 'stray' name them and the places"
+            f"SUMO took {counted(summary['strays'], 'vehicle')} to a lane outside their loop; they were led "
+            "back: the events 'stray' name them and the places"
         )
     sinks = sorted(summary["starving"], key=lambda sink: -len(sink["vehicles"]))
     lines += [_starved(sink, summary["promise"]) for sink in sinks[:_MOST_SINKS]]

@@ -62,6 +62,9 @@ def _small(source: str) -> Iterator[Path]:
     yield from (file for file in files if file.is_file() and file.stat().st_size <= _LARGEST_BYTES)
 
 
+_NO_END_S = -1.0
+"""SUMO's word for a run without end."""
+
 _KEYS = {"seed": "seed", "step-length": "step_s"}
 """Options that are keys of a scenario."""
 
@@ -187,14 +190,16 @@ def from_configuration(network: str, begins_s: object = -1.0) -> dict[str, objec
         if "seed" in config.options:
             found["seed"] = int(config.options["seed"])
         if "step-length" in config.options:
-            found["step_s"] = _seconds(config.options["step-length"], config.file)
-        end_s = _seconds(config.options.get("end", "-1"), config.file)
-        begin_s = _seconds(config.options.get("begin", "0"), config.file)
+            found["step_s"] = _seconds(config, "step-length")
+        end_s, begin_s = _seconds(config, "end", "-1"), _seconds(config, "begin")
         if isinstance(begins_s, int | float) and begins_s >= 0.0:
             begin_s = float(begins_s)
     except ValueError as error:
         msg = f"{config.file}: seed is {config.options['seed']!r}; expected a whole number"
         raise ScenarioError(msg) from error
+    if end_s < begin_s and end_s != _NO_END_S:
+        msg = f"{config.file}: end is {end_s:g} s, before the run begins, at {begin_s:g} s; correct one"
+        raise ScenarioError(msg)
     if end_s > begin_s:
         found["duration_s"] = end_s - begin_s
     return found
@@ -274,7 +279,7 @@ def _notes(config: SumoConfig, scenario: Scenario) -> Iterator[str]:
             yield f"{config.file}: {name} {config.options[name]} is not taken over: {why}"
     for name, key in _KEYS.items():
         said = config.options.get(name)
-        if said is not None and _seconds(said, config.file) != getattr(scenario, key):
+        if said is not None and _seconds(config, name) != getattr(scenario, key):
             yield f"{config.file}: {name} {said} is not taken over: the run has {getattr(scenario, key)}"
 
 
@@ -298,13 +303,14 @@ def begins_s(scenario: Scenario, file: RoutesFile | None = None) -> float:
         once = file is not None and any(vehicle.once for vehicle in file.vehicles)
         return float(int(file.first_s)) if file is not None and once else 0.0
     config = read_sumo_config(scenario.network)
-    return _seconds(config.options.get("begin", "0"), config.file)
+    return _seconds(config, "begin")
 
 
-def _seconds(text: str, file: Path) -> float:
-    """Return a time as SUMO writes it, in seconds."""
+def _seconds(config: SumoConfig, option: str, default: str = "0") -> float:
+    """Return the time that a configuration gives to an option [s]."""
+    text = config.options.get(option, default)
     try:
         return seconds(text)
     except ValueError as error:
-        msg = f"{file}: {text!r} is no time; expected seconds or h:m:s"
+        msg = f"{config.file}: {option} is {shown(text)}; expected seconds or h:m:s"
         raise ScenarioError(msg) from error

@@ -31,6 +31,34 @@ def test_seed_step_and_duration_come_from_the_configuration(tmp_path: Path) -> N
     assert sumo_options(own).notes == (f"{name}: seed 7 is not taken over: the run has 2",)
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("end=abc",), "city.sumocfg: end is 'abc'; expected seconds or h:m:s"),
+        (("step-length=fast",), "city.sumocfg: step-length is 'fast'"),
+        (("begin=100", "end=50"), "city.sumocfg: end is 50 s, before the run begins, at 100 s"),
+        (("step-length=2",), "city.sumocfg: step-length: step_s is 2.0; expected at most 1 under a gate"),
+        (("end=1e12",), "city.sumocfg: end: duration_s is 1e+12"),
+        (("seed=-1",), "city.sumocfg: seed: seed is -1"),
+    ],
+)
+def test_a_wrong_option_is_named_with_its_file(tmp_path: Path, options: tuple[str, ...], says: str) -> None:
+    """Not only the key of a scenario that it sets."""
+    name = configuration(tmp_path, *options)
+    with pytest.raises(ScenarioError) as error:
+        Scenario.from_dict({"network": name})
+    assert says in str(error.value)
+
+
+def test_a_key_of_the_scenario_is_not_laid_to_the_configuration(tmp_path: Path) -> None:
+    """Nor is an end that the begin of the scenario comes before."""
+    name = configuration(tmp_path, "step-length=0.5", "begin=100", "end=50")
+    with pytest.raises(ScenarioError) as error:
+        Scenario.from_dict({"network": name, "step_s": 2.0, "begin_s": 0.0}, source="mine")
+    assert str(error.value).startswith("mine: step_s is 2.0")
+    assert Scenario.from_dict({"network": name, "begin_s": 0.0}).duration_s == 50.0
+
+
 def test_all_else_is_passed_on(tmp_path: Path) -> None:
     """SUMO reads the configuration itself; what the run sets instead is said with the reason."""
     name = configuration(tmp_path, "tripinfo-output=t.xml", "time-to-teleport=300")
