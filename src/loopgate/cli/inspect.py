@@ -152,8 +152,13 @@ def _look_at_trips(network: str, routes: Path | None, stops: str | None, wanted:
         if given is not None:
             msg = f"{routes or network}: its vehicles drive their routes once; {option} is for loops only"
             raise ScenarioError(msg)
-    given = {"network": network, "routes": str(routes or ""), "stops": stops or "", "seed": wanted.seed}
+    said: dict[str, Any] = {
+        "network": network,
+        "routes": str(routes or ""),
+        "stops": stops or "",
+        "seed": wanted.seed,
+    }
     # The configuration gives the step; its end does not matter: all vehicles are looked at.
     whole = {"duration_s": Scenario(network=network).duration_s}
-    scenario = Scenario.from_dict({**given, **whole}, source="loopgate inspect")
+    scenario = Scenario.from_dict({**said, **whole}, source="loopgate inspect")
     look_at_trips(scenario, as_json=wanted.as_json)

@@ -151,8 +151,8 @@ def _show_plan(
     if len(points) > _SHOWN:
         click.echo(f"... and {len(points) - _SHOWN} more")
     counts = [f"{k}: {len(Counter(str(p.scenario.get(k)) for p in points))}" for k in varying]
-    runs = counted(len(points), "run")
-    click.echo(f"{runs} ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already")
+    every = counted(len(points), "run")
+    click.echo(f"{every} ({', '.join(counts)}); {plan.missing} to do, {plan.present} there already")
     click.echo(f"about {_span(plan.seconds)} on {plan.workers} processes ({plan.basis}); nothing was run")
 
 

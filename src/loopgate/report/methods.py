@@ -35,11 +35,11 @@ def methods(section: Section, failed: int) -> str:
     told = [_of_fcd(section.network, every[read])] if read.any() else []
     if runs.empty:
         return " ".join([*told, _DEFINED if section.watch is None else _OF_WATCH])
-    on = f" on {_many(runs, c.LOOPS, 'loop')}" if runs[c.LOOPS].gt(0).any() else ""
+    on = f" on {_number_of(runs, c.LOOPS, 'loop')}" if runs[c.LOOPS].gt(0).any() else ""
     seeds = runs[c.SEED].nunique()
     sumo, own = _values(runs, c.SUMO_VERSION), _values(runs, c.LOOPGATE_VERSION)
     made_with = f"Eclipse SUMO {sumo} (Lopez et al. 2018) and loopgate {own}{_code(runs)}"
-    of_runs = f"{counted(len(runs), 'run')} with {_many(runs, c.VEHICLES, 'vehicle')}{on}"
+    of_runs = f"{counted(len(runs), 'run')} with {_number_of(runs, c.VEHICLES, 'vehicle')}{on}"
     with_seeds = f"the seed{'s' if seeds > 1 else ''} {_values(runs, c.SEED)}"
     time = f"{_values(runs, c.DURATION)} s after a warm-up of {_values(runs, c.WARMUP)} s"
     asked = _Asked(runs)
@@ -227,7 +227,7 @@ def _values(runs: pd.DataFrame, column: str) -> str:
     return ", ".join(f"{number:.0f}" if number == int(number) else f"{number:g}" for number in numbers)
 
 
-def _many(runs: pd.DataFrame, column: str, what: str) -> str:
+def _number_of(runs: pd.DataFrame, column: str, what: str) -> str:
     """Return the values of a column, and the noun that they count."""
     values = _values(runs, column)
     return f"{values} {what}" if values == "1" else f"{values} {what}s"

@@ -671,7 +671,7 @@ class Scenario:
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
-        configured: dict[str, object] = {}
+        configured: dict[str, Any] = {}
         try:
             if isinstance(values["network"], str) and is_file(values["network"]):
                 from loopgate.simulation.sumo_options import from_configuration  # noqa: PLC0415  reads roads
