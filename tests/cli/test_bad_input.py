@@ -210,6 +210,8 @@ def test_what_is_refused_leaves_no_folder(
     assert "fcd.xml" in refused(capsys, monkeypatch, "read-fcd", str(trace), RING, "-o", str(made))
     assert sorted(one.name for one in tmp_path.iterdir()) == ["fcd.xml", "there"]
     assert not list(there.iterdir())
+
+
 ALONE = '<vehicle {} depart="7"><route edges="A0A1 A1A2"/></vehicle>'
 
 

@@ -40,7 +40,15 @@ BASE: dict[str, dict[str, str]] = {
     "vTypeDistribution": {"id": "k"},
 }
 VALUES: dict[str, dict[str, str]] = {
-    "": {"id": "q", "type": "other", "route": "other", "until": "100", "begin": "10", "period": "20"},
+    "": {
+        "color": "green",
+        "id": "q",
+        "type": "other",
+        "route": "other",
+        "until": "100",
+        "begin": "10",
+        "period": "20",
+    },
     "route": {"edges": "A0A1 A1B1 B1B0 B0A0"},
     "vehicle": {"depart": "20", "departEdge": "2", "departPos": "30"},
     "flow": {"probability": "0.1", "vehsPerHour": "60", "perHour": "60", "number": "3", "end": "90"},

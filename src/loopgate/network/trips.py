@@ -7,13 +7,14 @@ import subprocess
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from math import isfinite
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 from loopgate.errors import RouteError
 from loopgate.folders import temporary_folder
 from loopgate.network.additional import District, read_districts, write_leading
-from loopgate.network.clock import seconds
+from loopgate.network.clock import as_number, seconds
 from loopgate.network.road import RoadNetwork
 from loopgate.network.vehicle_type import routes_named
 from loopgate.network.xml_file import write_xml
@@ -49,6 +50,9 @@ _GOALS = ("toXY", "toLonLat", "to", "toJunction", "toTaz")
 
 _POSITIONS = ("XY", "LonLat")
 """Ends of names of attributes with positions."""
+
+_COORDINATES = (2, 3)
+"""How many numbers a position has."""
 
 LedVehicle = Mapping[str, Mapping[str, str]]
 """The edges of each trip, by name and vehicle class; empty if there is no route."""
@@ -317,10 +321,18 @@ def _on_edges(
     top = ET.Element("routes")
     top.extend(types)
     for number, (kind, place, of) in enumerate(positions):
+        if not _is_position(place):
+            continue  # the router would refuse all, by a name that is none of the file
         more = {"type": of} if of else {}
         ET.SubElement(top, "trip", {"id": f"{number}", "depart": "0", f"from{kind}": place, **more})
     routes = _routed(network, top, (), seed=1, files=files)
     return {one: routes[f"{number}"] for number, one in enumerate(positions) if f"{number}" in routes}
+
+
+def _is_position(text: str) -> bool:
+    """Return whether a text is two or three numbers with commas between."""
+    parts = text.split(",")
+    return len(parts) in _COORDINATES and all(isfinite(as_number(part)) for part in parts)
 
 
 def ways_between(

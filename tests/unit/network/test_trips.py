@@ -165,10 +165,20 @@ def test_all_that_the_router_says_is_said(grid: RoadNetwork) -> None:
     assert _reasons("Loading net ... done\n", -11) == "it ended by signal 11 and said nothing"
 
 
-def test_the_router_names_trips_as_the_file_does(grid: RoadNetwork, tmp_path: Path) -> None:
-    """Not with the class for which it has led them."""
-    trip = '<trip id="t" depart="0" from="A0A1" toXY="x"/>'
-    with pytest.raises(RouteError, match=r"duarouter does not lead the trips: .* of trip 't' is not"):
+def test_what_the_router_refuses_is_told_with_the_file(grid: RoadNetwork, tmp_path: Path) -> None:
+    """Here: positions on the globe, where the network has none."""
+    trip = '<trip id="t" depart="0" from="A0A1" toLonLat="1,2"/>'
+    with pytest.raises(
+        RouteError, match=r"t\.rou\.xml: SUMO's duarouter does not lead the trips: Cannot conv"
+    ):
+        read_loops(grid, file(tmp_path, trip), once=True)
+
+
+@pytest.mark.parametrize("place", ["x", "1,2,3,4", "nan,1", "9e9,9e9"])
+def test_a_position_at_which_no_edge_is_names_its_trip(grid: RoadNetwork, tmp_path: Path, place: str) -> None:
+    """Also if it is no position at all."""
+    trip = f'<trip id="t" depart="0" from="A0A1" toXY="{place}"/>'
+    with pytest.raises(RouteError, match=rf"t\.rou\.xml: trip t: toXY is '{place}', at which SUMO finds no"):
         read_loops(grid, file(tmp_path, trip), once=True)
 
 
