@@ -205,7 +205,7 @@ WAYS = {
     "flow": {"begin": "0", "end": "100", "number": "3", "from": "A0A1", "to": "B2B3"},
 }
 """By element of a vehicle that drives once: what it needs."""
-ONCE = {"via": "A1A2", "type": "k", "departEdge": "0", "departPos": "3"}
+ONCE = {"via": "A1A2", "type": "k", "departEdge": "0", "departPos": "3", "color": "red"}
 ONCE |= {"arrivalSpeed": "3", "departSpeed": "3", "departLane": "0", "arrivalLane": "0"}
 FOUND = ("from", "to", "via", "period", "vehsPerHour", "perHour", "probability", "route")
 """How attributes begin that make no sense beside those of `WAYS`."""
