@@ -8,7 +8,7 @@ the gate refuses is refused, whoever comes first.
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, nan
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +21,7 @@ from loopgate.errors import ScenarioError
 from loopgate.folders import temporary_folder
 from loopgate.model import System
 from loopgate.negotiation.base import Request, View
+from loopgate.reading import at_least, of_kind, shown
 from loopgate.simulation.assembly import assemble
 from loopgate.simulation.run import open_session
 from loopgate.simulation.run_folder import Folder
@@ -74,12 +75,15 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
     metadata: ClassVar[dict[str, Any]] = {"name": "loopgate_v0", "render_modes": []}
 
     def __init__(self, scenario: Scenario, *, every_s: float = 5.0, backend: str = "libsumo") -> None:
+        scenario = of_kind(Scenario, scenario, "LoopgateEnv: scenario", ScenarioError, "a Scenario")
         if not scenario.gated:
             msg = "gate open: there are no requests to order; name a gate"
             raise ScenarioError(msg)
-        if not every_s >= scenario.step_s:
-            msg = f"every_s is {every_s}; expected at least the step of {scenario.step_s:g} s"
+        if scenario.by_messages is not None:
+            msg = f"decide {scenario.decide}: vehicles order their requests themselves; take central"
             raise ScenarioError(msg)
+        expected = f"at least the step of {scenario.step_s:g} s"
+        every_s = at_least(scenario.step_s, every_s, "every_s", ScenarioError, expected)
         self.scenario = scenario
         self._every_s, self._backend = every_s, backend
         self._seed = scenario.seed
@@ -134,6 +138,20 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
         self.agents = list(self.possible_agents)
         return self._observations(session), {agent: {} for agent in self.agents}
 
+    def _priority(self, agent: str, action: NDArray[np.float32]) -> float:
+        """Return the priority that an action is, or raise `ScenarioError` if it is none."""
+        if agent not in self.action_spaces:
+            msg = f"actions: {shown(agent)} is no agent; the first is {self.possible_agents[0]}"
+            raise ScenarioError(msg)
+        try:
+            priority = float(np.asarray(action, dtype=float).item())
+        except (TypeError, ValueError):
+            priority = nan
+        if not 0.0 <= priority <= 1.0:
+            msg = f"actions: that of {agent} is {shown(action)}; expected a number from 0 to 1"
+            raise ScenarioError(msg)
+        return priority
+
     def step(
         self, actions: Mapping[str, NDArray[np.float32]]
     ) -> tuple[
@@ -156,7 +174,7 @@ class LoopgateEnv(ParallelEnv[str, Observation, NDArray[np.float32]]):  # type: 
             msg = "no episode is under way; call reset() first"
             raise ScenarioError(msg)
         drive, traffic = session.drive, session.traffic
-        self._priorities.of = {agent: float(np.asarray(number).item()) for agent, number in actions.items()}
+        self._priorities.of = {agent: self._priority(agent, number) for agent, number in actions.items()}
         before_m = dict(zip(drive.names(), drive.fronts(), strict=True))
         began_s = traffic.now_s
         until_s = min(self._end_s, began_s + self._every_s)

@@ -116,6 +116,14 @@ def of_kind(kind: type[T], value: object, what: str, error: type[Exception], exp
     raise error(msg)
 
 
+def at_least(least: float, value: object, what: str, error: type[LoopgateError], expected: str) -> float:
+    """Return a number that is no less than `least`; raise `error` for anything else."""
+    if isinstance(value, int | float) and value >= least:
+        return float(value)
+    msg = f"{what} is {shown(value)}; expected {expected}"
+    raise error(msg)
+
+
 def as_path(value: object, what: str, error: type[LoopgateError]) -> Path:
     """Return a text or path as a path; raise `error` for anything else."""
     if isinstance(value, (str, os.PathLike)):

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import attached
 import libsumo
@@ -395,6 +395,10 @@ def test_what_it_cannot_take_is_refused_by_name(tmp_path: Path) -> None:
     put("away", route="open")
     for kind in kinds:
         put(kind, route="loop", kind=kind)
+    wrong: dict[str, Any] = {"starving_s": -1, "folder": 5}
+    for name, value in wrong.items():
+        with pytest.raises(LoopgateError, match=f"{name} is {value}; expected a"):
+            loopgate.attach(libsumo, **{name: value})
     with loopgate.attach(libsumo) as gate:
         for vehicle, text in {**kinds, "away": "the route does not close|not lead|no", "x": "none"}.items():
             with pytest.raises(LoopgateError, match=f"vehicle {vehicle}: .*{text}"):

@@ -92,6 +92,8 @@ def test_observations_tell_who_asks(env: LoopgateEnv) -> None:
     ("given", "text"),
     [
         ({"gate": "open"}, "gate open"),
+        ({"decide": "vehicles"}, "decide vehicles: vehicles order their requests themselves; take central"),
+        ({"every_s": "a"}, "every_s is 'a'"),
         ({"every_s": 0.5}, "every_s is 0.5"),
         ({"every_s": np.nan}, "nan"),
     ],
@@ -101,6 +103,16 @@ def test_what_makes_no_sense_is_refused(given: dict[str, Any], text: str) -> Non
     every_s = given.pop("every_s", 5.0)
     with pytest.raises(LoopgateError, match=text):
         LoopgateEnv(Scenario(network=GRID, loops=1, **given), every_s=every_s)
+
+
+@pytest.mark.parametrize("action", [np.nan, 5.0, -1.0, "x", None, np.zeros(2)])
+def test_an_action_is_a_priority(env: LoopgateEnv, action: Any) -> None:  # noqa: ANN401  what is none
+    """From 0 to 1, of an agent."""
+    env.reset(seed=1)
+    with pytest.raises(LoopgateError, match=f"that of {env.agents[0]} is .*expected a number from 0 to 1"):
+        env.step({env.agents[0]: action})
+    with pytest.raises(LoopgateError, match="actions: 'nobody' is no agent"):
+        env.step({"nobody": np.zeros(1, np.float32)})
 
 
 def test_a_step_needs_an_episode(env: LoopgateEnv) -> None:

@@ -37,6 +37,9 @@ def check_certificate(ctx: click.Context, file: Path, *, as_json: bool) -> None:
             kinds[kind] += 1
             if error:
                 wrong.append(error)
+    if not kinds:
+        msg = f"{file}: there is no certificate in it"
+        raise SystemFileError(msg)
     if as_json:
         data = {"checked": kinds.total(), "kinds": dict(sorted(kinds.items())), "wrong": wrong}
         print_json(data)

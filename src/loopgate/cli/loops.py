@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, Time, print_json
-from loopgate.reading import counted
+from loopgate.reading import counted, listed
 
 if TYPE_CHECKING:
     from loopgate.network import Loop, RoadNetwork, VehicleDemand, VehicleType
@@ -308,12 +308,14 @@ def _timetable(
 ) -> tuple[str, str]:
     """Return the route file with a timetable and the command that runs it; write the bus stops beside it."""
     from loopgate.network.routes_text import write_text
-    from loopgate.network.timetable import Timetable, timetable_texts
+    from loopgate.network.timetable import Timetable, timetable_texts, without_stops
     from loopgate.results.headings import clock
 
     names = tuple(filter(None, map(str.strip, (wish.stops or "").split(","))))
     asked = Timetable(names, wish.every_s or 0.0, wish.first_s or 0.0, wish.margin)
     routes, stops = timetable_texts(roads, made, kind, asked, note=note)
+    if bare := without_stops(roads, made, asked):
+        click.echo(f"warning: {listed(bare)}: no stop on the way; name one in --stops, or --via", err=True)
     if wish.out is not None:
         beside = wish.out.with_name(f"{wish.out.name.removesuffix('.rou.xml').removesuffix('.xml')}.add.xml")
         command = f"loopgate run {shlex.quote(wish.network)} --routes {shlex.quote(str(wish.out))}"

@@ -90,6 +90,12 @@ def _stands(loop: Loop, places: dict[str, set[str]], stands: dict[str, str]) -> 
     return sorted(found)
 
 
+def without_stops(network: RoadNetwork, loops: Sequence[Loop], wish: Timetable) -> tuple[str, ...]:
+    """Return the names of the loops that pass none of the stops, if stops are wished for."""
+    edges = {edge for name in wish.stops for edge in (name, *network.on_street(name))}
+    return tuple(loop.id for loop in loops if edges.isdisjoint(loop.edges)) if edges else ()
+
+
 def _names(name: str) -> Iterable[str]:
     """Yield the name of a stop, then others like it, for loops that pass the street elsewhere."""
     yield name

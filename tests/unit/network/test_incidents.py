@@ -64,6 +64,9 @@ def test_a_street_by_its_name_closes_all_its_edges(tmp_path: Path) -> None:
     assert read_streets(network, str(names), "passenger", option="--cover") == ("s1", "s2", "s3")
     names.write_text("# market days\nLong Lane 3\n", encoding="utf-8")
     assert read_weights(network, str(names)) == {"s1": 3.0, "s2": 3.0}
+    names.write_text(names.read_text(encoding="utf-8") + "\ns1 3\ns1 5\n", encoding="utf-8")
+    with pytest.raises(RouteError, match=r"s1 has the weight 3 already"):
+        read_weights(network, str(names))
     with pytest.raises(
         RouteError, match=r"no edge or street Long Line open to passenger .* did you mean 'Long Lane'"
     ):

@@ -9,7 +9,7 @@ import pytest
 
 from loopgate.errors import RouteError
 from loopgate.network import RoadNetwork, make_loop
-from loopgate.network.timetable import Timetable, timetable_texts
+from loopgate.network.timetable import Timetable, timetable_texts, without_stops
 from loopgate.network.vehicle_type import DEFAULT_TYPE
 
 NETWORK = RoadNetwork.open(Path(__file__).resolve().parents[3] / "networks/grid5-priority.net.xml")
@@ -43,3 +43,10 @@ def test_a_stop_that_no_line_passes_is_told() -> None:
         timetable_texts(
             NETWORK, [make_loop(NETWORK, "line", EDGES)], DEFAULT_TYPE, Timetable(("A0A1",), 30.0)
         )
+
+
+def test_lines_without_a_stop_are_found() -> None:
+    """Where stops are wished for at all."""
+    loops = [make_loop(NETWORK, "line", EDGES), make_loop(NETWORK, "far", ("A0A1", "A1B1", "B1B0", "B0A0"))]
+    assert without_stops(NETWORK, loops, Timetable(("B2C2",), 30.0)) == ("far",)
+    assert without_stops(NETWORK, loops, Timetable((), 30.0)) == ()

@@ -163,7 +163,7 @@ def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
 
     Raises `RouteError` if a line is invalid; the text names file and line.
     """
-    weights: dict[str, float] = {}
+    weights, seen = dict[str, float](), dict[str, float]()
     with refusing(file, "list of weights", RouteError, wrong="not a list of edges with weights"):
         lines = read_words(file).splitlines()
     for number, line in enumerate(lines, 1):
@@ -183,6 +183,9 @@ def read_weights(network: RoadNetwork, file: str) -> dict[str, float]:
                 f"{file}: edge or street {name} is not in the network {network.name}; correct it or leave it "
             )
             msg += f"out{meant(name, network.names())}"
+            raise RouteError(msg)
+        if seen.setdefault(name.strip(), weight) != weight:
+            msg = f"{file}: line {number}: {name.strip()} has the weight {seen[name.strip()]:g} already"
             raise RouteError(msg)
         weights.update(dict.fromkeys(edges, weight))
     return weights

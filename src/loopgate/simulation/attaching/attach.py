@@ -7,6 +7,7 @@ from loopgate.errors import ScenarioError
 from loopgate.gates.registry import check_gate, name_gate
 from loopgate.negotiation.registry import name_negotiation
 from loopgate.network import RoadNetwork
+from loopgate.reading import as_path, at_least
 from loopgate.simulation.attaching.attached import Attached
 from loopgate.simulation.scenario import LONGEST_GATED_STEP_S, STANDING
 from loopgate.simulation.settings import check_options
@@ -94,13 +95,14 @@ def attach(  # noqa: PLR0913 - what a gate may be told; all but the simulation b
     if standing not in STANDING:
         msg = f"standing is {standing!r}; expected one of {', '.join(STANDING)}"
         raise ScenarioError(msg)
+    starving_s = at_least(1.0, starving_s, "starving_s", ScenarioError, "a number of seconds, from 1 on")
     return Attached(
         running,
         RoadNetwork.open(running.setting("net-file")),
         {"gate": gate_name, "negotiation": negotiation_name, "lights": lights, "seed": seed},
         starving_s=starving_s,
         standing=standing,
-        folder=None if folder is None else Path(folder),
+        folder=None if folder is None else as_path(folder, "folder", ScenarioError),
         overwrite=overwrite,
     )
 
