@@ -32,6 +32,8 @@ FLOW = '<flow id="q" begin="0" end="9" number="2" route="r"/>'
         ('<vehicle id="q" depart="-5" route="r"/>', False),
         ('<vehicle id="q" depart="0" route="r" color="pink"/>', False),
         ('<vehicle id="q" depart="0" route="r" color="0.5,1,0"/>', True),
+        ('<vehicle id="q" depart="0" route="r" color=" 0, 1,0"/>', True),
+        ('<vehicle id="q" depart="0" route="r" color="0 ,1,0"/>', False),
         (f'<vType id="DEFAULT_VEHTYPE" length="7"/>{Q}', True),
         (2 * '<vType id="DEFAULT_VEHTYPE" length="7"/>' + Q, False),
         (f'<vType id="c"/><vTypeDistribution id="c"><vType id="d"/></vTypeDistribution>{Q}', False),

@@ -22,7 +22,8 @@ def check_colour(element: ET.Element, what: str) -> None:
     text = element.get("color")
     if text is None or text.casefold() in _COLOURS or _HEX.fullmatch(text):
         return
-    numbers = [as_number(part) if part == part.strip() else math.nan for part in text.split(",")]
+    parts = text.split(",")  # with blanks before the numbers only
+    numbers = [as_number(part.lstrip()) if part == part.rstrip() else math.nan for part in parts]
     if len(numbers) in _PARTS and all(map(math.isfinite, numbers)):
         return
     msg = (

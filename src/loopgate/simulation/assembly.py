@@ -220,8 +220,8 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         warnings = (*warnings, *name_long_stops(closed, detours))
     elif not scenario.gated and incidents.closures:
         detours = find_detours(network, closed, Incidents(incidents.closures))
-    begin_s = begins_s(scenario, file)
-    outside = name_incidents_outside(incidents, begin_s, begin_s + scenario.warmup_s + scenario.duration_s)
+    begin_s, end_s = _lasts_s(scenario, file)
+    outside = name_incidents_outside(incidents, begin_s, end_s)
     warnings = (*warnings, *name_closed_stops([*vehicles, *later], incidents), *outside)
     peculiar = _peculiar(scenario, network, everybody) if scenario.gated else {}
     abstraction = None
@@ -269,7 +269,7 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
         warnings=(
             *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
-            *_without_effect(scenario, file, everybody),
+            *_without_effect(scenario, end_s, file, everybody),
         ),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=tuple(departures[: len(later)]),
@@ -291,11 +291,18 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
     )
 
 
+def _lasts_s(scenario: Scenario, file: RoutesFile | None) -> tuple[float, float]:
+    """Return when the run begins and when it ends [s]."""
+    begin_s = begins_s(scenario, file)
+    return begin_s, begin_s + scenario.warmup_s + scenario.duration_s
+
+
 def _without_effect(
-    scenario: Scenario, file: RoutesFile | None, vehicles: Sequence[VehicleDemand]
+    scenario: Scenario, end_s: float, file: RoutesFile | None, vehicles: Sequence[VehicleDemand]
 ) -> tuple[str, ...]:
     closed = {v.loop.closed for v in vehicles}
-    return without_effect(scenario, from_file=file is not None, closed=True in closed, once=False in closed)
+    kinds = {"from_file": file is not None, "closed": True in closed, "once": False in closed}
+    return without_effect(scenario, end_s, **kinds)
 
 
 def _incidents(
@@ -347,8 +354,7 @@ def _read_vehicles(
         _refuse_counted_trips(scenario, network, error)
         raise
     if file.vehicles and not counts:
-        begin_s = begins_s(scenario, file)
-        end_s = begin_s + scenario.warmup_s + scenario.duration_s
+        begin_s, end_s = _lasts_s(scenario, file)
         if scenario.gated:
             demand = scaled(file.vehicles, option_of(scenario, "scale", 1.0))
             file = replace(file, vehicles=tuple(as_by_default(demand, all_options(scenario))))

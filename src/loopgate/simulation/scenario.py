@@ -250,13 +250,6 @@ def _check_decide(scenario: Scenario) -> None:
                 f"processes), without ordinary traffic and incidents; found {what}; take central"
             )
             raise ScenarioError(msg)
-    end_s = max(0.0, scenario.begin_s) + scenario.warmup_s + scenario.duration_s
-    said = scenario.by_messages
-    kill_at_s, cut_at_s = said.kill_at_s if said.kill else 0.0, said.cut_at_s if said.cut_s else 0.0
-    for what, at_s in {"kill_at": kill_at_s, "cut_at": cut_at_s}.items():
-        if at_s >= end_s and not scenario.network.endswith(".sumocfg"):  # that has a begin of its own
-            msg = f"decide: {what} is {at_s:g} s, and the run ends at {end_s:g} s; take an earlier time"
-            raise ScenarioError(msg)
 
 
 @lru_cache(maxsize=256)

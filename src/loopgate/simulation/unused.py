@@ -11,11 +11,15 @@ _OF_SEGMENTS: Final = ("max_shared", "rho_m", "piece_m")
 _OF_CLOSED_LOOPS: Final = ("starts", "spacing")
 
 
-def without_effect(scenario: Scenario, *, from_file: bool, closed: bool, once: bool) -> tuple[str, ...]:
+def without_effect(
+    scenario: Scenario, end_s: float, *, from_file: bool, closed: bool, once: bool
+) -> tuple[str, ...]:
     """Return a warning for each reason for which options that a scenario gives have no effect.
 
     Parameters
     ----------
+    end_s
+        When the run ends [s].
     from_file
         Whether loops and trips are read from a file.
     closed, once
@@ -39,4 +43,11 @@ def without_effect(scenario: Scenario, *, from_file: bool, closed: bool, once: b
             has = "has" if len(given) == 1 else "have"
             options = listed([f"--{option_name(name)}" for name in given])
             found.append(f"{options} {has} no effect: {why}")
+    if said := scenario.by_messages:
+        disturbed = {"kill_at": (said.kill, said.kill_at_s), "cut_at": (said.cut_s, said.cut_at_s)}
+        found += [
+            f"--decide: {what} {at_s:g} has no effect: the run ends at {end_s:g} s"
+            for what, (much, at_s) in disturbed.items()
+            if much and at_s >= end_s
+        ]
     return tuple(found)

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from loopgate.errors import ScenarioError
 from loopgate.simulation.scenario import Scenario
 from loopgate.simulation.unused import without_effect
 
@@ -44,13 +43,17 @@ def test_what_has_no_effect_is_told(given: dict[str, Any], kind: tuple[bool, ...
     """Each once, by its name on the command line."""
     from_file, closed, once = kind
     scenario = Scenario(network=NETWORK, **given)
-    assert list(without_effect(scenario, from_file=from_file, closed=closed, once=once)) == told
+    assert list(without_effect(scenario, 600.0, from_file=from_file, closed=closed, once=once)) == told
 
 
 @pytest.mark.parametrize("what", ["kill=2,kill_at=500", "cut=30,cut_at=500"])
-def test_what_would_happen_after_the_run_is_refused(what: str) -> None:
+def test_what_would_happen_after_the_run_is_told(what: str) -> None:
     """A disturbance of vehicles that decide."""
-    kind = "processes" if "kill" in what else "vehicles"
-    with pytest.raises(ScenarioError, match=r"_at is 500 s, and the run ends at 60 s"):
-        Scenario(network=NETWORK, duration_s=60.0, decide=f"{kind}:{what}")
-    assert Scenario(network=NETWORK, duration_s=501.0, decide=f"{kind}:{what}").by_messages is not None
+    decide = f"{'processes' if 'kill' in what else 'vehicles'}:{what}"
+    scenario, kinds = (
+        Scenario(network=NETWORK, decide=decide),
+        {"from_file": True, "closed": True, "once": False},
+    )
+    (told,) = without_effect(scenario, 500.0, **kinds)
+    assert told.endswith("_at 500 has no effect: the run ends at 500 s")
+    assert without_effect(scenario, 501.0, **kinds) == ()
