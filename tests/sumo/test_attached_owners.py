@@ -407,3 +407,33 @@ def test_an_attached_gate_leaves_a_run_folder(tmp_path: Path) -> None:
     ):
         pass
     libsumo.close()
+
+
+def driven_in_block(folder: Path, wrong: type[BaseException] | None) -> None:
+    """Drive for a minute, and end the block by an error, or close SUMO inside it."""
+    with loopgate.attach(libsumo, folder=folder) as gate:
+        gate.add(*IDS)
+        steps(gate, 60)
+        if wrong is not None:
+            raise wrong
+        libsumo.close()
+
+
+@pytest.mark.parametrize("wrong", [None, KeyboardInterrupt, ZeroDivisionError])
+def test_a_run_folder_is_left_however_the_block_ends(
+    tmp_path: Path, wrong: type[BaseException] | None
+) -> None:
+    """SUMO closed inside it, Ctrl-C, an error of the script, which goes on as itself."""
+    network, routes = ROOT / "networks" / "grid5-priority.net.xml", ROOT / "routes" / "grid5.rou.xml"
+    libsumo.start(["sumo", "-n", str(network), "-r", str(routes), "--no-step-log", "--no-warnings"])
+    for number, vehicle in enumerate(IDS):
+        get.add(vehicle, f"loop{number}")
+    if wrong is None:
+        driven_in_block(tmp_path / "run", wrong)
+    else:
+        with pytest.raises(wrong):
+            driven_in_block(tmp_path / "run", wrong)
+        libsumo.close()
+    made = read_run(tmp_path / "run")
+    assert made.summary["distance_km"] > 1.0
+    assert made.vehicles["vehicle"].tolist() == sorted(IDS)

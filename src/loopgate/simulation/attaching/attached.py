@@ -11,7 +11,7 @@ from typing import Any, Self
 import pandas as pd
 
 from loopgate.abstraction.itinerary import round_routes
-from loopgate.errors import ScenarioError, TrafficError
+from loopgate.errors import LoopgateError, ScenarioError, TrafficError
 from loopgate.folders import temporary_folder
 from loopgate.negotiation.registry import make_negotiation
 from loopgate.network import Loop, RoadNetwork, VehicleType, make_loop
@@ -404,5 +404,8 @@ class Attached:
             self._recorder.close()
             self._events = self._recorder.read()
             self._final = final
-            if self._kept is not None and kind is None:
-                self._kept.write(self._events, final, self._fleet.drive, self._loop_of)
+            if self._kept is not None:
+                # What was driven before Ctrl-C or an error of the user stays; that error is the one to tell.
+                unsaid: tuple[type[BaseException], ...] = (LoopgateError, *self._sumo.error)
+                with suppress(*(() if kind is None else unsaid)):
+                    self._kept.write(self._events, final, self._fleet.drive, self._loop_of)

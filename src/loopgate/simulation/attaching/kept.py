@@ -66,6 +66,7 @@ class Kept:
         self._began = perf_counter()
         self.stack = ExitStack()
         self._folder = self.stack.enter_context(Folder(path, overwrite=overwrite))
+        self._net_file = Path(str(sumo.setting("net-file"))).resolve()  # who ends SUMO early takes it away
         step_s = sumo.traffic.step_s
         self._begin_s = sumo.traffic.now_s
         self._film = Film(network, step_s)
@@ -96,9 +97,8 @@ class Kept:
         course = RunCourse(begin_s=self._begin_s)
         course.end_s = film.now_s
         course.total_s = perf_counter() - self._began
-        network = str(self._sumo.setting("net-file"))
         scenario = Scenario(
-            network=str(Path(network).resolve()),
+            network=str(self._net_file),
             step_s=film.step_s,
             duration_s=max(film.step_s, course.end_s - course.begin_s),
             **self._settings,
