@@ -349,7 +349,7 @@ def _read(network: RoadNetwork, path: Path, stops: Sequence[Path], *, once: bool
     fleet = [(source, one) for source, top in tops for one in top if one.tag in FLEET]
     check_type_names(tops)
     check_fleet(fleet)
-    ignores = config is not None and config.is_on("ignore-route-errors")
+    ignores = config is not None and config.is_true("ignore-route-errors")
     found = _Found(network, places, once, ignores)
     found.collect_types([*more, *own])
     found.collect_types_of_network(element.get("type", DEFAULT_TYPE.id) for _, element in fleet)

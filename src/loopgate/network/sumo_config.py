@@ -38,7 +38,7 @@ class SumoConfig:
     options: Mapping[str, str] = field(default_factory=dict, hash=False)
     """All other options of the configuration, by name, unchanged."""
 
-    def is_on(self, option: str) -> bool:
+    def is_true(self, option: str) -> bool:
         """Return whether the configuration sets an option that is either true or false to true."""
         return self.options.get(option, "").lower() in _ON
 

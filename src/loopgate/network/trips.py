@@ -213,9 +213,13 @@ def _said(element: ET.Element) -> Iterator[tuple[str, str]]:
 def _positions(element: ET.Element) -> Iterator[tuple[str, str]]:
     """Yield the positions in the plane or on the globe that a trip names: the kind, and the text."""
     for name, place in _said(element):
-        for kind in _POSITIONS:
-            if name.endswith(kind):
-                yield kind, place
+        if kind := _position_in(name):
+            yield kind, place
+
+
+def _position_in(name: str) -> str:
+    """Return the kind of position that an attribute has; empty if it has none."""
+    return next((kind for kind in _POSITIONS if name.endswith(kind)), "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,8 +255,7 @@ class _Places:
     def check(self, element: ET.Element, what: str, kinds: Mapping[str, str]) -> None:
         """Raise `RouteError` if a trip names something that is not there: the router would skip it."""
         for name, place in _said(element):
-            if name.endswith(_POSITIONS):
-                kind = next(kind for kind in _POSITIONS if name.endswith(kind))
+            if kind := _position_in(name):
                 known = any((kind, place, one) in self.on_edges for one in kinds.values())
                 why = f"at which SUMO finds no edge of {self.network.name}; correct it"
             elif name in JUNCTIONS:
@@ -289,8 +292,7 @@ class _Places:
 
     def _edges_at(self, name: str, place: str, kind: str) -> frozenset[str]:
         """Return the edges with which a trip is at a place."""
-        if name.endswith(_POSITIONS):
-            how = next(how for how in _POSITIONS if name.endswith(how))
+        if how := _position_in(name):
             return frozenset({self.on_edges.get((how, place, kind), "")})
         if name not in JUNCTIONS and not name.endswith("Taz"):
             return frozenset({place})

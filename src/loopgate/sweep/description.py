@@ -243,19 +243,19 @@ def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return scenario keys with times in seconds, and names for gates and negotiations that are classes."""
     from loopgate.simulation.scenario import in_seconds, keys  # noqa: PLC0415  help needs no scenario
 
-    fields, named = keys(), dict(values)
-    for key, value in named.items():
+    fields, plain = keys(), dict(values)
+    for key, value in plain.items():
         field = fields.get(key, "")
-        named[key] = (
+        plain[key] = (
             [in_seconds(field, one) for one in value] if isinstance(value, list) else in_seconds(field, value)
         )
     for key, namer in _NAMERS.items():
-        value = named.get(key)
+        value = plain.get(key)
         if isinstance(value, list | tuple):
-            named[key] = [one if isinstance(one, str) else _checked(namer(one)) for one in value]
+            plain[key] = [one if isinstance(one, str) else _checked(namer(one)) for one in value]
         elif value is not None and not isinstance(value, str):
-            named[key] = _checked(namer(value))
-    return named
+            plain[key] = _checked(namer(value))
+    return plain
 
 
 def _checked(name: str) -> str:
