@@ -17,14 +17,13 @@ import headline
 import pandas as pd
 from frame_table import frame_table
 from rich.console import Console
+from side_by_side import side_by_side
 
-from loopgate.cli.terminal import show_progress
 from loopgate.report.base_map import DPI
 from loopgate.report.network_map import draw_map
 from loopgate.report.page import write_report
 from loopgate.runs.results import read_results
 from loopgate.simulation.assembly import assemble
-from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -54,13 +53,18 @@ HEADINGS = {
 }
 
 
-def drive_one(name: str, gate: str) -> dict[str, Any]:
-    """Run scenario `name` under `gate` and return its row."""
-    scenario = dataclasses.replace(SCENARIOS[name], gate=gate)
-    with show_progress(f"{name}, one hour under {gate}", total=round(scenario.duration_s)) as report:
-        summary = simulate(
-            scenario, OUT / name / gate, tick=lambda now, _: report(round(now)), overwrite=True
-        )
+def drive() -> list[dict[str, Any]]:
+    """Run each scenario under each gate; return their rows."""
+    runs = {
+        OUT / name / gate: dataclasses.replace(scenario, gate=gate)
+        for name, scenario in SCENARIOS.items()
+        for gate in GATES
+    }
+    summaries = side_by_side("the paper's method, one hour each", runs)
+    return [_row(scenario, summary) for scenario, summary in zip(runs.values(), summaries, strict=True)]
+
+
+def _row(scenario: Scenario, summary: dict[str, Any]) -> dict[str, Any]:
     deadlocks = summary["deadlocks"]
     return {
         **summary,
@@ -98,7 +102,7 @@ def main() -> None:
     page = OUT / "berlin.html"
     write_report(read_results(OUT / "berlin"), page)
     console.print(f"picture: {picture.relative_to(ROOT)}, report: {page.relative_to(ROOT)}")
-    rows = [drive_one(name, gate) for name in SCENARIOS for gate in GATES]
+    rows = drive()
     files = [draw(name, OUT / f"{name}.png") for name in SCENARIOS]
     wide.print(
         frame_table(pd.DataFrame(rows), HEADINGS, title="One hour, the same loops and seed per network")

@@ -17,11 +17,10 @@ import pandas as pd
 from frame_table import frame_table
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from side_by_side import side_by_side
 
-from loopgate.cli.terminal import show_progress
 from loopgate.network import RoadNetwork
 from loopgate.results.columns import LAPS, STANDING, X, Y
-from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -50,16 +49,16 @@ HEADINGS = {
 }
 
 
-def drive_one(gate: str, step_s: float = 1.0) -> tuple[dict[str, Any], pd.DataFrame]:
-    """Run the hour under `gate` in steps of `step_s` [s]; return its row and its vehicles."""
-    folder = OUT / ("berlin" if step_s == 1.0 else f"berlin-{step_s:g}s") / gate
-    scenario = dataclasses.replace(BERLIN, gate=gate, step_s=step_s)
-    with show_progress(
-        f"Berlin, one hour under {gate}, steps of {step_s:g} s", total=round(scenario.duration_s)
-    ) as report:
-        summary = simulate(scenario, folder, tick=lambda now, _: report(round(now)), overwrite=True)
-    vehicles = pd.read_parquet(folder / "vehicles.parquet")
-    return _row(gate, summary, vehicles), vehicles
+def drive(step_s: float = 1.0) -> list[tuple[dict[str, Any], pd.DataFrame]]:
+    """Run the hour under each gate in steps of `step_s` [s]; return the rows, each with its vehicles."""
+    out = OUT / ("berlin" if step_s == 1.0 else f"berlin-{step_s:g}s")
+    runs = {out / gate: dataclasses.replace(BERLIN, gate=gate, step_s=step_s) for gate in GATES}
+    summaries = side_by_side(f"Berlin, one hour twice, steps of {step_s:g} s", runs)
+    tables = [pd.read_parquet(folder / "vehicles.parquet") for folder in runs]
+    return [
+        (_row(gate, summary, vehicles), vehicles)
+        for gate, summary, vehicles in zip(GATES, summaries, tables, strict=True)
+    ]
 
 
 def _row(gate: str, summary: Mapping[str, Any], vehicles: pd.DataFrame) -> dict[str, Any]:
@@ -120,7 +119,7 @@ def _dots(axis: Axes, table: pd.DataFrame) -> None:
 
 def headline() -> tuple[pd.DataFrame, Path]:
     """Run both hours; return the table and the picture's file."""
-    results = [drive_one(gate) for gate in GATES]
+    results = drive()
     file = OUT / "berlin.png"
     draw([row for row, _ in results], [table for _, table in results], file)
     return pd.DataFrame([row for row, _ in results]), file

@@ -104,7 +104,7 @@ def main() -> None:
     for file in sorted(IMAGES.glob("*.png")):
         shrink(file)
     text = renew(README.read_text(encoding="utf-8"), table)
-    fine = {gate: headline.drive_one(gate, 0.5)[0] for gate in headline.GATES}
+    fine = {gate: row for gate, (row, _) in zip(headline.GATES, headline.drive(0.5), strict=True)}
     text = re.sub(r"In steps of 0\.5 s SUMO .* the longest wait is [\d-]+ s\.", in_small_steps(fine), text)
     README.write_text(text, encoding="utf-8")
 
