@@ -17,8 +17,8 @@ from threading import Event, Thread
 from time import monotonic
 from typing import Any
 
-from loopgate.simulation.by_messages.bridge import Bridge
 from loopgate.simulation.by_messages.controllers import Stand
+from loopgate.simulation.by_messages.controllers_apart import ControllersApart
 from loopgate.vehicles.air import AirSettings
 from loopgate.vehicles.messages import Ask, Grant, Offer, Probe, Refuse, Room, Why
 from loopgate.vehicles.wire import encode, pack
@@ -69,7 +69,7 @@ def sealed(thing: dict[str, Any]) -> bytes:
         return pack({"turn": 1}, KEY)
 
 
-class Spoiling(Bridge):
+class Spoiling(ControllersApart):
     """A bridge that also says what no bridge says."""
 
     @property

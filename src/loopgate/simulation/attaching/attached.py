@@ -22,8 +22,8 @@ from loopgate.results.recorder import EventFeed, Happening
 from loopgate.simulation.attaching.containing import OwnersContainment
 from loopgate.simulation.attaching.fleet import Fleet
 from loopgate.simulation.attaching.joining_queue import GONE, JoiningQueue
-from loopgate.simulation.attaching.kept import Kept
 from loopgate.simulation.attaching.newcomers import Newcomer
+from loopgate.simulation.attaching.run_files import RunFiles
 from loopgate.simulation.attaching.watch import Watch
 from loopgate.simulation.settings import highest_limits, why_unsafe
 from loopgate.simulation.sumo.devices import LEADING
@@ -69,7 +69,7 @@ class Attached:
         overwrite: bool = False,
     ) -> None:
         self._keeps, self._overwrite = folder, overwrite
-        self._kept: Kept | None = None
+        self._files: RunFiles | None = None
         self._loop_of: dict[str, Loop] = {}
         """For each vehicle that was added, its loop."""
         self._sumo, self._traffic, self._network = sumo, sumo.traffic, network
@@ -252,8 +252,8 @@ class Attached:
             self._entrance.after_step()
             self._check_kinds()
             self._watch.look_for_standstill()
-            if self._kept is not None:
-                self._kept.look()
+            if self._files is not None:
+                self._files.look()
         except self._sumo.error as error:
             msg = f"at {self._traffic.now_s:g} s SUMO refuses what the gate asks of it: {error}"
             raise TrafficError(msg) from error
@@ -357,8 +357,8 @@ class Attached:
     def __enter__(self) -> Self:
         if self._keeps is not None:
             of = self._network, self._sumo, self._settings
-            self._kept = Kept(self._keeps, *of, overwrite=self._overwrite)
-            self._stack.enter_context(self._kept.stack)
+            self._files = RunFiles(self._keeps, *of, overwrite=self._overwrite)
+            self._stack.enter_context(self._files.stack)
         self._folder = self._stack.enter_context(temporary_folder())
         self._recorder = EventFeed(self._folder)
         self._stack.callback(self._recorder.close)
@@ -404,8 +404,8 @@ class Attached:
             self._recorder.close()
             self._events = self._recorder.read()
             self._final = final
-            if self._kept is not None:
+            if self._files is not None:
                 # What was driven before Ctrl-C or an error of the user stays; that error is the one to tell.
                 unsaid: tuple[type[BaseException], ...] = (LoopgateError, *self._sumo.error)
                 with suppress(*(() if kind is None else unsaid)):
-                    self._kept.write(self._events, final, self._fleet.drive, self._loop_of)
+                    self._files.write(self._events, final, self._fleet.drive, self._loop_of)

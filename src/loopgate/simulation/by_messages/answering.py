@@ -13,8 +13,8 @@ from loopgate.errors import ScenarioError
 from loopgate.gates import Gate
 from loopgate.gates.algorithm2 import Algorithm2Gate
 from loopgate.simulation.asked_gate import AskedGate, by_chain
-from loopgate.simulation.by_messages.bridge import Bridge
 from loopgate.simulation.by_messages.controllers import Controllers, ControllersHere
+from loopgate.simulation.by_messages.controllers_apart import ControllersApart
 from loopgate.simulation.by_messages.decisions import DecisionsByMessages
 from loopgate.simulation.by_messages.motor import Motor
 from loopgate.simulation.by_messages.on_segments import DecisionsOnSegments
@@ -155,4 +155,4 @@ def _goes_on(vehicle: Vehicle) -> bool:
 
 def _controllers(settings: AirSettings, seed: int) -> Controllers:
     """Return controllers in separate processes, or in this process."""
-    return Bridge(settings, seed) if settings.processes else ControllersHere()
+    return ControllersApart(settings, seed) if settings.processes else ControllersHere()

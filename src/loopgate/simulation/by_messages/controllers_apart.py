@@ -26,7 +26,7 @@ from loopgate.vehicles.messages import Stamp, ToVehicle
 from loopgate.vehicles.process import LARGEST
 from loopgate.vehicles.wire import KEY, WireError, encode, pack, read_answer, unpack
 
-__all__ = ["Bridge"]
+__all__ = ["ControllersApart"]
 
 _COMMAND = (sys.executable, "-c", "from loopgate.cli.main import main; main()", "vehicle")
 _STARTS_S, _ANSWERS_S, _AGAIN_S = 120.0, 10.0, 0.25
@@ -34,7 +34,7 @@ _STARTS_S, _ANSWERS_S, _AGAIN_S = 120.0, 10.0, 0.25
 time]."""
 
 
-class Bridge:
+class ControllersApart:
     """Controllers that run as processes on this machine.
 
     Parameters

@@ -42,7 +42,7 @@ from loopgate.traffic.running import RunningSumo
 _OF_TALLIES = "vehicles", "laps", "distance_km", "hold_s", "longest_stood_s", "longest_wait_s"
 
 
-class Kept:
+class RunFiles:
     """Writes the positions of all vehicles while the simulation goes on, and the tables at its end.
 
     Parameters
