@@ -357,8 +357,5 @@ class Traffic(Protocol):
     def expects_more(self) -> bool:
         """Return whether vehicles are on the road or will still depart."""
 
-    def configured_end_s(self) -> float | None:
-        """Return the end time that the simulator's own configuration sets, if any [s]."""
-
     def close(self) -> None:
         """End the simulation; a second call does nothing."""

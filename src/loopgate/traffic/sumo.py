@@ -894,11 +894,6 @@ class SumoTraffic(SumoStops, SumoLights, SumoRoutes):
     def expects_more(self) -> bool:
         return bool(self._simulation.getMinExpectedNumber() > 0)
 
-    def configured_end_s(self) -> float | None:
-        """Return the configuration's end time, which SUMO itself ignores when it is controlled [s]."""
-        end = float(self._simulation.getEndTime())
-        return end if end >= 0 else None
-
     def close(self) -> None:
         if self._running:
             self._running = False
