@@ -13,6 +13,7 @@ from compiled_wheel import stale
 from hypothesis import settings
 from numba import config
 
+from loopgate.network.cover import search
 from loopgate.research import kernel_cache
 
 # Examples are derived from the test, not from chance: a red test stays red until it is mended.
@@ -83,3 +84,11 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(vl_convert, "vegalite_to_svg", lambda _: '<svg xmlns="http://www.w3.org/2000/svg"/>')
     monkeypatch.setattr(vl_convert, "svg_to_png", lambda *_, **__: b"")
     monkeypatch.setattr(vl_convert, "svg_to_pdf", lambda *_, **__: b"")
+
+
+@pytest.fixture
+def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Search for covering loops in two short rounds, where what becomes of the loops is looked at."""
+    monkeypatch.setattr(search, "ROUNDS", 2)
+    monkeypatch.setattr(search, "_MOVES_OF_EACH", 50)
+    monkeypatch.setattr(search, "_PAIRS", 15)

@@ -13,6 +13,7 @@ from loopgate.errors import LoopgateError, RouteError
 from loopgate.network import RoadNetwork, read_loops
 from loopgate.network.cover.parts import search_bytes
 
+pytestmark = pytest.mark.usefixtures("hasty")
 _RUN = CliRunner()
 _NET = "sumo:bs3d"
 _GRID = "networks/grid5-priority.net.xml"

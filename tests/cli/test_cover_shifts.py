@@ -28,6 +28,7 @@ def covered(data: dict[str, list[dict[str, float]]]) -> float:
     return sum(cover["streets"] for cover in data["covers"])
 
 
+@pytest.mark.usefixtures("hasty")
 def test_driven_streets_are_left_out(tmp_path: Path) -> None:
     """One direction of a street does not stand for the other, but with --either-way it does."""
     (tmp_path / "driven").write_text("A0A1\nA0B0\n", encoding="utf-8")

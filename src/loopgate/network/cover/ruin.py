@@ -220,6 +220,7 @@ class StreetMover:
         cost, before, behind, on, lengths = self._cost, tours.before, tours.behind, tours.on, tours.lengths
         from_here = cost[street]
         least, where, more = inf, -1, 0.0
+        dearest = inf
         for side in range(2):
             for beside in (self._near_out if side else self._near_in)[street]:
                 tour = on[beside]
@@ -229,12 +230,13 @@ class StreetMover:
                 second = behind[first]
                 row = cost[first]
                 extra = row[street] + from_here[second] - row[second]
-                if extra > 0.0 and share * extra >= least * scale:
+                if share * extra >= dearest and extra > 0.0:
                     continue  # what tours are worth grows by no less
                 length = lengths[tour]
                 price = worth(length + extra, scale, share) - worth(length, scale, share)
                 if price < least and random.random() >= _BLINK:
                     least, where, more = price, first, extra
+                    dearest = least * scale
         if where < 0:
             return False
         second, tour = behind[where], on[where]

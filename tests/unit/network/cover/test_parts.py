@@ -60,6 +60,7 @@ def test_a_circulation_in_many_parts_is_joined_without_cuts(monkeypatch: pytest.
     assert joined.ways.length(joined.tour.tolist()) < 1.1 * joined.circulation
 
 
+@pytest.mark.usefixtures("hasty")
 def test_the_command_covers_every_street_part_by_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
