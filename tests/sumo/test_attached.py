@@ -437,6 +437,37 @@ def test_arguments_are_checked() -> None:
             loopgate.attach(libsumo, **given)  # type: ignore[arg-type]  # all are words
 
 
+def test_names_are_texts() -> None:
+    """A list is none, and what the way out is depends on the call."""
+    with under_gate("v1") as gate:
+        for call, given in (("block", None), ("block", ["v1"]), ("free", None), ("leave", ["v1"])):
+            with pytest.raises(TrafficError, match=rf"{call} takes names; .*gate\.{call}\(\*names\)"):
+                getattr(gate, call)(given)
+        with pytest.raises(TrafficError, match=r"why takes names; found \['v1'\]$"):
+            gate.why(["v1"])  # type: ignore[arg-type]
+
+
+def test_before_and_after_its_with_statement_a_gate_refuses_to_be_used() -> None:
+    """Steps outside it would be driven without a gate, and nobody would notice."""
+    start()
+    put("v1")
+    gate = loopgate.attach(libsumo)
+    assert repr(gate) == "<Attached: not in a with statement yet>"
+    for use in (lambda: gate.summary, lambda: gate.events, lambda: gate.block("v1"), gate.after_step):
+        with pytest.raises(TrafficError, match="use what it returns in a with statement"):
+            use()
+    with gate:
+        gate.add("v1")
+        with pytest.raises(TrafficError, match="call attach anew"):
+            gate.__enter__()
+    libsumo.simulationStep()
+    for use in (lambda: gate.add("v1"), lambda: gate.leave("v1"), lambda: gate.block("v1"), gate.after_step):
+        with pytest.raises(TrafficError, match="the with statement of this gate has ended"):
+            use()
+    assert not gate.waiting
+    assert gate.summary["waiting"] == 1
+
+
 def test_the_simulation_may_end_first() -> None:
     """Figures and events are there all the same."""
     with under_gate("v1") as gate:

@@ -31,6 +31,8 @@ from loopgate.traffic.running import RunningSumo
 
 _LONGER_M = 0.01
 
+_NOT_ENTERED = "attach: use what it returns in a with statement"
+
 _OPEN: list["Attached"] = []
 """The gates in use in this process."""
 
@@ -90,14 +92,27 @@ class Attached:
     @property
     def events(self) -> pd.DataFrame:
         """All events so far, as a table with the columns `EVENT_COLUMNS`."""
-        return self._recorder.read() if self._events is None else self._events
+        if self._events is not None:
+            return self._events
+        self._check_in_use()
+        return self._recorder.read()
 
     @property
     def _entrance(self) -> JoiningQueue:
         if self._made is None:
-            msg = "attach: use what it returns in a with statement"
-            raise TrafficError(msg)
+            raise TrafficError(_NOT_ENTERED)
         return self._made
+
+    def _check_in_use(self) -> None:
+        """Refuse use before the ``with`` statement, and after its end, where no vehicle would be gated."""
+        if self._made is None:
+            raise TrafficError(_NOT_ENTERED)
+        if self._final is not None:
+            msg = (
+                "the with statement of this gate has ended, and SUMO drives its vehicles; make the steps "
+                "within it, or call attach anew"
+            )
+            raise TrafficError(msg)
 
     @property
     def _fleet(self) -> Fleet:
@@ -118,11 +133,8 @@ class Attached:
             If a vehicle is unknown to SUMO, is under another gate, has a route that is not closed or cannot
             work, or a type that gates refuse; the message names vehicle and reason. Then no vehicle is added.
         """
-        given: tuple[object, ...] = vehicles
-        for name in given:
-            if not isinstance(name, str):
-                msg = f"add takes names of vehicles; found {shown(name)}; of a list: gate.add(*names)"
-                raise TrafficError(msg)
+        self._check_in_use()
+        _check_names("add", vehicles)
         known = self._known
         for other in (one for one in _OPEN if one is not self and one.connection is self.connection):
             for vehicle in other._known & set(vehicles):  # noqa: SLF001  of the same class
@@ -192,6 +204,8 @@ class Attached:
         TrafficError
             If a vehicle is neither under the gate nor waits to join.
         """
+        self._check_in_use()
+        _check_names("leave", vehicles)
         for vehicle in vehicles:
             if vehicle not in self._fleet and vehicle not in self._entrance.newcomers:
                 msg = f"vehicle {vehicle}: it is not under the gate; add it first"
@@ -215,6 +229,8 @@ class Attached:
         LoopgateError
             If a name is no gated vehicle, edge or lane; then nothing is blocked.
         """
+        self._check_in_use()
+        _check_names("block", names)
         self._contained.block(names)
 
     def free(self, *names: str) -> None:
@@ -225,6 +241,8 @@ class Attached:
         LoopgateError
             If a name was not blocked; then nothing is freed.
         """
+        self._check_in_use()
+        _check_names("free", names)
         self._contained.free(names)
 
     def _send_home(self, vehicle: str) -> None:
@@ -243,9 +261,10 @@ class Attached:
         Raises
         ------
         TrafficError
-            If SUMO refuses a call, an earlier state has been loaded, or a vehicle was given a setting that
-            gates refuse; the message names vehicle and setting.
+            If SUMO refuses a call, an earlier state has been loaded, a vehicle was given a setting that gates
+            refuse (the message names vehicle and setting), or the ``with`` statement has ended.
         """
+        self._check_in_use()
         try:
             self._look_at_clock()
             self._watch.note_collisions()
@@ -300,6 +319,8 @@ class Attached:
                 raise TrafficError(msg)
 
     def __repr__(self) -> str:
+        if self._made is None:
+            return "<Attached: not in a with statement yet>"
         return f"<Attached: {len(self.vehicles)} vehicles under the gate, {len(self.waiting)} wait to join>"
 
     @property
@@ -328,6 +349,7 @@ class Attached:
         ...         if gate.why(vehicle):
         ...             print(vehicle, gate.why(vehicle))  # v7 the next street is closed: B2C2_0, until 400 s
         """
+        _check_names("why", (vehicle,))
         if vehicle in self._entrance.newcomers:
             return "it waits to join the gate"
         if vehicle not in self._fleet.diaries:
@@ -340,6 +362,7 @@ class Attached:
         """Figures so far, as a mapping with the keys of ``summary.json``."""
         if self._final is not None:
             return self._final
+        self._check_in_use()
         return {**self._figures(), **self._fleet.report()}
 
     def _figures(self) -> dict[str, Any]:
@@ -355,6 +378,9 @@ class Attached:
         }
 
     def __enter__(self) -> Self:
+        if self._made is not None:
+            msg = "this gate has been in a with statement already; call attach anew"
+            raise TrafficError(msg)
         if self._keeps is not None:
             of = self._network, self._sumo, self._settings
             self._files = RunFiles(self._keeps, *of, overwrite=self._overwrite)
@@ -409,3 +435,12 @@ class Attached:
                 unsaid: tuple[type[BaseException], ...] = (LoopgateError, *self._sumo.error)
                 with suppress(*(() if kind is None else unsaid)):
                     self._files.write(self._events, final, self._fleet.drive, self._loop_of)
+
+
+def _check_names(call: str, names: tuple[object, ...]) -> None:
+    """Refuse what is no name, such as a list of names."""
+    for name in names:
+        if not isinstance(name, str):
+            several = "" if call == "why" else f"; of a list: gate.{call}(*names)"
+            msg = f"{call} takes names; found {shown(name)}{several}"
+            raise TrafficError(msg)
