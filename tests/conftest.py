@@ -13,7 +13,6 @@ from compiled_wheel import stale
 from hypothesis import settings
 from numba import config
 
-from loopgate.network.cover import search
 from loopgate.research import kernel_cache
 
 # Examples are derived from the test, not from chance: a red test stays red until it is mended.
@@ -89,6 +88,5 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     """Search for covering loops in two short rounds, where what becomes of the loops is looked at."""
-    monkeypatch.setattr(search, "ROUNDS", 2)
-    monkeypatch.setattr(search, "_MOVES_OF_EACH", 50)
-    monkeypatch.setattr(search, "_PAIRS", 15)
+    for effort, least in (("ROUNDS", 2), ("_MOVES_OF_EACH", 50), ("_PAIRS", 15)):
+        monkeypatch.setattr(f"loopgate.network.cover.search.{effort}", least)

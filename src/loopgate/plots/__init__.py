@@ -5,7 +5,7 @@ The figures are Altair's charts: ``figure.save("throughput.svg")`` writes one (S
 """
 
 from loopgate.analysis.frames import of_tables
-from loopgate.plots.charts import figure_svg, plot_capacity, plot_laps, plot_survival
+from loopgate.plots.charts import figure_svg, plot_capacity, plot_laps, plot_survival, unchecked
 from loopgate.plots.course import plot_flow, plot_ranked, plot_time_space
 from loopgate.plots.lines import (
     plot_against,
@@ -38,4 +38,4 @@ __all__ = [
 ]
 
 for _name in __all__:
-    globals()[_name] = of_tables(globals()[_name], __name__)
+    globals()[_name] = of_tables(unchecked(globals()[_name]), __name__)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import base64
+import functools
 import json
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, ParamSpec, TypeVar
 
 import altair as alt
 import numpy as np
 import pandas as pd
 import vl_convert
+from altair.utils.schemapi import debug_mode
 
 from loopgate.plots.style import DASHES, MAX_SERIES, SYMBOLS, config, series_order
 from loopgate.results import columns as c
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 _VEHICLES = "vehicles"
 
@@ -170,9 +175,30 @@ def _plain(column: pd.Series) -> list[Any]:
     return [None if value is None or value is pd.NA else value for value in column.astype(object).tolist()]
 
 
-def data(table: pd.DataFrame) -> alt.InlineData:
+class Rows(alt.InlineData):
+    """The rows that a figure shows; nobody changes them, so that all copies of a chart share them."""
+
+    def __deepcopy__(self, _: object) -> Rows:
+        return self
+
+
+def data(table: pd.DataFrame) -> Rows:
     """Return a table as the data of a figure; the report gives tables names, and keeps each once."""
-    return alt.InlineData(values=records(table), name=table.attrs.get("name", alt.Undefined))
+    return Rows(values=records(table), name=table.attrs.get("name", alt.Undefined))
+
+
+def unchecked(plot: Callable[P, T]) -> Callable[P, T]:
+    """Decorate a function that makes a figure: no part of it is checked against Vega-Lite's schema.
+
+    Altair would check each part when it is made, which takes longer than drawing; tests check whole figures.
+    """
+
+    @functools.wraps(plot)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> T:
+        with debug_mode(arg=False):
+            return plot(*args, **kwargs)
+
+    return drawn
 
 
 def with_series(table: pd.DataFrame, series: str = "") -> tuple[pd.DataFrame, str]:

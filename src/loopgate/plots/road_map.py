@@ -6,7 +6,7 @@ import altair as alt
 import numpy as np
 import pandas as pd
 
-from loopgate.plots.charts import NUMBER, Chart, finish, with_series
+from loopgate.plots.charts import NUMBER, Chart, Rows, finish, with_series
 from loopgate.plots.style import series_order
 from loopgate.results import columns as c
 from loopgate.results.headings import heading
@@ -126,7 +126,7 @@ def plot_edges(
         panel.facet(
             facet=alt.Facet("series:N", title=None, sort=names),
             columns=min(len(names), 2) or 1,
-            data=alt.InlineData(values=rows),
+            data=Rows(values=rows),
         ),
         usermeta={"map": wide},
     )
