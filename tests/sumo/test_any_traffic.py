@@ -285,8 +285,10 @@ def test_some_are_gated_and_the_others_are_ordinary(tmp_path: Path) -> None:
     assert slow["trips"] == TRIPS // 6
     assert slow["others"]["trips"] == TRIPS - TRIPS // 6
     names = tmp_path / "names.txt"
-    names.write_text("t1\nt2  # the second\n", encoding="utf-8")
-    assert run(tmp_path / "named", routes, gated=str(names))["trips"] == 2
+    names.write_text("t1\nt2  # the second\nt9999\n", encoding="utf-8")
+    named = run(tmp_path / "named", routes, gated=str(names))
+    assert named["trips"] == 2
+    assert any("1 of 3 names stand for no vehicle" in line for line in named["warnings"])
     assert "trips" not in run(tmp_path / "loops", routes, gated="loops")
 
 

@@ -120,7 +120,7 @@ def test_byte_order_marks_are_no_text(tmp_path: Path, encoding: str) -> None:
     way = make_route(network, "a", ("A0A1", "A1A2"), vclass="passenger")
     mine = [VehicleDemand("late", way, DEFAULT_TYPE)]
     who = str(write("who.txt", "late\n"))
-    assert choose_gated(Scenario(network="n", loops=1, who=who), mine) == (mine, [])
+    assert choose_gated(Scenario(network="n", loops=1, who=who), mine) == (mine, [], ())
 
 
 def test_a_file_that_another_names_is_named(tmp_path: Path) -> None:

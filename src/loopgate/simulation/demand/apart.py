@@ -34,8 +34,8 @@ _MOST_SHOWN, _MOST_NAMED = 5, 3
 
 def choose_gated(
     scenario: Scenario, vehicles: Sequence[VehicleDemand]
-) -> tuple[list[VehicleDemand], list[VehicleDemand]]:
-    """Return the gated and the ordinary vehicles; a vehicle on a loop is always gated.
+) -> tuple[list[VehicleDemand], list[VehicleDemand], tuple[str, ...]]:
+    """Return the gated and the ordinary vehicles, and what to warn of; a vehicle on a loop is always gated.
 
     Raises
     ------
@@ -45,22 +45,25 @@ def choose_gated(
     who = scenario.rule_for_gated
     once = [v for v in vehicles if not v.loop.closed]
     if who == "all" or not once:
-        return list(vehicles), []
+        return list(vehicles), [], ()
     names: Collection[str] = ()
+    lines: tuple[str, ...] = ()
     if who != "loops":
-        names = {v.id for v in once if type_name(v.type) == who} or _named(who, once)
+        names = {v.id for v in once if type_name(v.type) == who}
+        if not names:
+            names, lines = _named(who, once)
     mine = [v for v in vehicles if v.loop.closed or v.id in names]
     gated = {v.id for v in mine}
-    return mine, [v for v in once if v.id not in gated]
+    return mine, [v for v in once if v.id not in gated], lines
 
 
-def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
+def _named(who: str, vehicles: Sequence[VehicleDemand]) -> tuple[Collection[str], tuple[str, ...]]:
+    """Return the names of vehicles in a file, and a warning if some of them are of no vehicle of the run."""
     kinds = list(dict.fromkeys(type_name(v.type) for v in vehicles))
     if not is_file(who):
-        listed = ", ".join(kinds[:_MOST_SHOWN]) + (", ..." if len(kinds) > _MOST_SHOWN else "")
         msg = (
             f"gated: {shown(who)} is neither all nor loops, nor a type of the vehicles that drive once "
-            f"({listed}), nor a file with their names"
+            f"({listed(kinds, _MOST_SHOWN)}), nor a file with their names"
         )
         raise ScenarioError(msg)
     with refusing(Path(who), "file of names", ScenarioError):
@@ -68,11 +71,16 @@ def _named(who: str, vehicles: Sequence[VehicleDemand]) -> Collection[str]:
     known = {v.id for v in vehicles}
     asked = dict.fromkeys(name for line in lines if (name := line.partition("#")[0].strip()))
     unknown = [name for name in asked if name not in known]
-    if unknown or not asked:
-        what = f"{shown(unknown[0])} is no vehicle that drives once" if unknown else "it has no names"
+    nobody = "no vehicle that drives once and departs during the run"
+    if len(unknown) == len(asked):
+        what = f"{shown(unknown[0])} is {nobody}" if unknown else "it has no names"
         msg = f"gated: {who}: {what}; expected one name in each line"
         raise ScenarioError(msg)
-    return asked
+    if not unknown:
+        return asked, ()
+    # Those that depart after the end of a short run are not read, so they look like names that are wrong.
+    some = f"{len(unknown)} of {counted(len(asked), 'name')}"
+    return asked, (f"gated: {who}: {some} stand for {nobody}: {listed(unknown, _MOST_NAMED)}",)
 
 
 _SOONER = 0.8
@@ -251,10 +259,11 @@ def sort_out(
     LoopgateError
         If no vehicle is gated, or a vehicle on a loop cannot be gated.
     """
-    mine, ordinary = choose_gated(scenario, everybody) if scenario.gated else (list(everybody), [])
+    mine, ordinary, lines = choose_gated(scenario, everybody) if scenario.gated else (list(everybody), [], ())
     vehicles, later, moved = by_departure(scenario, mine, file)
     ungated = file.ungated if file and not scenario.counts_vehicles else UngatedFleet()
     found = SortedOut(mine, ordinary, vehicles, later, moved, ungated)
+    found.lines = lines
     found.apart = {one.id: one.why for one in ungated.vehicles}  # without a gate too: no figure counts them
     if scenario.gated:
         own = scenario.abstraction == "queues" and not scenario.counts_vehicles
@@ -269,7 +278,7 @@ def sort_out(
     if scenario.gated and any(not v.loop.closed for v in found.later):
         unfit, found.others = fit_in(network, [*found.vehicles, *found.later], found.anew)
         found.let_go({v.id: v for some in unfit.values() for v in some})
-        found.lines = tuple(left_out(unfit))
+        found.lines += tuple(left_out(unfit))
     if not found.everybody:
         nobody = (
             f"--gated {scenario.rule_for_gated} leaves none"
