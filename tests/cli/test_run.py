@@ -120,8 +120,8 @@ def test_a_run_goes_on_with_the_loops_there_are(tmp_path: Path) -> None:
 def test_a_deadlock_exits_with_3(tmp_path: Path) -> None:
     """And names the circle."""
     done = loopgate(
-        *("run", GRID, "--loops", "60", "--loops-seed", "2", "--vehicles", "180", "--gate", "open"),
-        *("--abstraction", "segments", "--seed", "2", "-o", tmp_path / "out"),
+        *("run", GRID, "--loops", "60", "--loops-seed", "2", "--vehicles", "220", "--gate", "open"),
+        *("--abstraction", "segments", "--seed", "1", "--duration", "700", "-o", tmp_path / "out"),
     )
     assert done.returncode == 3, done.stderr
     assert "deadlock at" in done.stdout

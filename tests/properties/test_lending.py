@@ -11,25 +11,27 @@ from loopgate.control import crossings, lending
 from loopgate.control.places import Vehicle
 
 
-def test_nobody_touches_and_nobody_is_stuck() -> None:
-    found = look(range(150))
+@pytest.mark.parametrize("draws", [60, pytest.param(150, marks=pytest.mark.slow)])
+def test_nobody_touches_and_nobody_is_stuck(draws: int) -> None:
+    found = look(range(draws))
     assert (found["touch"], found["stuck"], found["trespasses"]) == (0, 0, 0)
-    assert found["lent"] > 1000
-    assert found["arrived"] > 2000
+    assert found["lent"] > 1000 / 150 * draws
+    assert found["arrived"] > 2000 / 150 * draws
 
 
-def test_nobody_is_stuck_where_vehicles_come_while_others_leave() -> None:
+@pytest.mark.parametrize("draws", [40, pytest.param(100, marks=pytest.mark.slow)])
+def test_nobody_is_stuck_where_vehicles_come_while_others_leave(draws: int) -> None:
     """Two places for two lie between crossings; who comes may stand on its crossing until others are out."""
-    found = look(range(100), between=2)
+    found = look(range(draws), between=2)
     assert (found["touch"], found["stuck"], found["trespasses"]) == (0, 0, 0)
-    assert found["follows out"] > 150
-    assert found["lent"] > 500
+    assert found["follows out"] > 1.5 * draws
+    assert found["lent"] > 5 * draws
 
 
 def test_not_all_that_leave_do_so_surely(monkeypatch: pytest.MonkeyPatch) -> None:
     """If those count that lend, or come behind one that does, some are stuck."""
     monkeypatch.setattr(Vehicle, "surely_leaves", lambda one, body: body is not one.bodies[-1])
-    assert look(range(40), between=2)["stuck"] > 0
+    assert any(look([seed], between=2)["stuck"] for seed in range(40))
 
 
 RULES = [
@@ -46,10 +48,10 @@ def test_each_rule_is_needed(
     """Without it, vehicles touch or are stuck."""
     module, rule, broken, seeds, wrong = case
     monkeypatch.setattr(module, rule, broken)
-    assert look(seeds)[wrong] > 0
+    assert any(look([seed])[wrong] for seed in seeds)
 
 
 def test_a_vehicle_that_is_not_held_would_touch_another(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its light opens while others with a grant are on their way."""
     monkeypatch.setattr("fake_traffic.FakeTraffic.stand", lambda *_, **__: None)
-    assert look(range(60))["touch"] > 0
+    assert any(look([seed])["touch"] for seed in range(60))

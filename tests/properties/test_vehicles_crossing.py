@@ -46,7 +46,7 @@ def test_without_leases_two_set_out_at_the_same_time() -> None:
 
 def test_a_vehicle_that_takes_a_grant_for_one_that_lasts_is_noticed() -> None:
     """The keeper counts on it that nobody goes by a lease that is over."""
-    found = explore(PAIR, limit=20_000, most=2, gives_back=0, in_time=lambda *_: True)
+    found = explore(PAIR, limit=5_000, most=2, gives_back=0, in_time=lambda *_: True)
     assert found.unsafe > 0
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from collections.abc import Iterable
 from itertools import combinations, pairwise
 from math import inf
 from typing import Final, NamedTuple
@@ -261,7 +262,7 @@ def _drawn(lanes: tuple[str, ...], long_m: dict[str, float]) -> Way:
     return Way(lanes, pieces)
 
 
-def look(seeds: range, *, lends: bool = True, between: int = 0) -> Counter[str]:
+def look(seeds: Iterable[int], *, lends: bool = True, between: int = 0) -> Counter[str]:
     """Return what happens in drawn systems, one for each seed.
 
     `between`: how many places lie between crossings.

@@ -158,13 +158,23 @@ def _plain(now: CrossingModel, *, late: bool) -> CrossingModel:
     """
     claims = tuple(
         sorted(
-            (one if late else replace(one, lacks_way=False, waits=False) for one in now.keeper.claims),
+            (
+                replace(one, lacks_way=False, waits=False)
+                if not late and (one.lacks_way or one.waits)
+                else one
+                for one in now.keeper.claims
+            ),
             key=lambda one: one.ask.vehicle,
         )
     )
     leases = tuple(sorted(now.keeper.leases, key=lambda one: (one.vehicle, one.number)))
-    flight = frozenset(replace(m, there=0) if isinstance(m, Grant | Room) else m for m in now.flight)
-    return replace(now, keeper=replace(now.keeper, claims=claims, leases=leases), flight=flight)
+    flight = frozenset(
+        replace(m, there=0) if isinstance(m, Grant | Room) and m.there else m for m in now.flight
+    )
+    keeper = now.keeper
+    if (claims, leases) != (keeper.claims, keeper.leases):
+        keeper = replace(keeper, claims=claims, leases=leases)
+    return replace(now, keeper=keeper, flight=flight)
 
 
 def _all_done(now: CrossingModel) -> bool:
