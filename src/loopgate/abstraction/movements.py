@@ -6,7 +6,7 @@ import math
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, combinations
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -598,16 +598,17 @@ def _shared(
     found = both.groupby(["one", "other", "mine", "theirs"]).agg(
         begin=("at", "min"), end=("rear", "max"), follows=("follows", "any")
     )
-    for pair, rows in found.groupby(level=["one", "other"]):
-        one, other = cast("tuple[int, int]", pair)
-        table = np.full((len(sizes), len(sizes), 2), (math.inf, -math.inf))
-        index = rows.index
-        size = [np.searchsorted(sizes, index.get_level_values(side)) for side in ("mine", "theirs")]
-        table[size[0], size[1]] = rows[["begin", "end"]]
-        for axis in (0, 1):
-            table[..., 0] = np.minimum.accumulate(table[..., 0], axis=axis)
-            table[..., 1] = np.maximum.accumulate(table[..., 1], axis=axis)
-        yield under_way.names[one], under_way.names[other], bool(rows["follows"].any()), table
+    one, other, *size = (found.index.get_level_values(name).to_numpy() for name in found.index.names)
+    firsts = np.flatnonzero((np.diff(one, prepend=-1) != 0) | (np.diff(other, prepend=-1) != 0))
+    pair = np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(one)))
+    tables = np.full((len(firsts), len(sizes), len(sizes), 2), (math.inf, -math.inf))
+    tables[pair, *(np.searchsorted(sizes, some) for some in size)] = found[["begin", "end"]]
+    for axis in (1, 2):
+        tables[..., 0] = np.minimum.accumulate(tables[..., 0], axis=axis)
+        tables[..., 1] = np.maximum.accumulate(tables[..., 1], axis=axis)
+    follows = np.logical_or.reduceat(found["follows"].to_numpy(bool), firsts) if len(firsts) else ()
+    for first, follow, table in zip(firsts, follows, tables, strict=True):
+        yield under_way.names[one[first]], under_way.names[other[first]], bool(follow), table
 
 
 class _UnderWay:
