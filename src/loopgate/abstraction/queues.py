@@ -104,20 +104,22 @@ def _told_exactly(
     """Return the error with the largest number of first vehicles that can start.
 
     Without the later vehicles, places may have more slots, since the longest visitors may be missing. Slots
-    only become fewer with each vehicle, so bisection finds the number.
+    only become fewer with each vehicle. What the error says is near, so longer and longer steps lead from
+    there to a number that is too large, and bisection then finds it.
     """
     low, high = error.fitting, error.vehicles - 1
     if len({kind.needed_m for kind in kinds}) == 1 and low >= error.loops:
         return error
+    step = 1
     while low < high:
-        count = (low + high + 1) // 2
+        count = min(low + step, (low + high + 1) // 2)
         layout = lay_out_queues(network, list(zip(loops[:count], kinds[:count], strict=True)), counted=True)
         ways = [layout.itineraries[loop.id] for loop in loops[:count]]
         try:
             choose_places(ways, most_at_start(layout), names=names, wishes={}, rng=random.Random(0))
-            low = count
+            low, step = count, 2 * step
         except TooManyVehiclesError as less:
-            low, high = max(low, less.fitting), count - 1
+            low, high, step = max(low, less.fitting), count - 1, 1
     return TooManyVehiclesError(vehicles=error.vehicles, loops=error.loops, fitting=low, name=names[low])
 
 
