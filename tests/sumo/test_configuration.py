@@ -12,6 +12,8 @@ import pytest
 from loopgate import run
 from loopgate.analysis.rows import run_row
 from loopgate.errors import TrafficError
+from loopgate.network import RoadNetwork, write_loops
+from loopgate.simulation.demand.allotment import random_loops
 from loopgate.simulation.run import simulate
 from loopgate.simulation.scenario import Scenario
 
@@ -90,7 +92,14 @@ def test_outputs_of_the_user_change_no_figure(tmp_path: Path, gate: str) -> None
 def test_a_run_that_begins_in_the_morning_has_the_figures_of_one_at_midnight(tmp_path: Path) -> None:
     """No street has been idle since midnight, laps are counted, and so is how long a deadlock took."""
     grid, found, seen = ROOT / "networks" / "grid5-priority.net.xml", list[list[Any]](), list[list[float]]()
-    for begin, gate in ((0, "certified"), (25200, "certified"), (0, "open"), (25200, "open")):
+    routes = str(ROOT / "routes" / "grid5.rou.xml")
+    few: dict[str, Any] = {"routes": routes, "vehicles": 30}
+    loops = random_loops(Scenario(network=str(grid), loops_seed=2), RoadNetwork.open(grid), 40).loops
+    write_loops(loops, tmp_path / "loops.rou.xml")
+    crowd: dict[str, Any] = {"routes": str(tmp_path / "loops.rou.xml"), "vehicles": 240, "seed": 2}
+    crowd["abstraction"] = "segments"  # they lock up after two minutes
+    runs = ((0, "certified", few), (25200, "certified", few), (0, "open", crowd), (25200, "open", crowd))
+    for begin, gate, given in runs:
         config = tmp_path / f"{begin}.sumocfg"
         text = f'<configuration><net-file value="{grid}"/><begin value="{begin}"/></configuration>'
         config.write_text(text)
@@ -98,12 +107,11 @@ def test_a_run_that_begins_in_the_morning_has_the_figures_of_one_at_midnight(tmp
             {
                 "network": str(config),
                 "traffic": "",
-                "routes": str(ROOT / "routes" / "grid5.rou.xml"),
                 "gate": gate,
-                "vehicles": 30 if gate == "certified" else 260,
-                "duration_s": 600,
-                "warmup_s": 60,
-                "revisit_s": 300,
+                "duration_s": 300,
+                "warmup_s": 30,
+                "revisit_s": 150,
+                **given,
             }
         )
         one = run(scenario)

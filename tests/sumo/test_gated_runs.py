@@ -46,10 +46,10 @@ ON_GRID: dict[str, Any] = {
 }
 
 
-IN_TOWN: dict[str, Any] = {"network": "sumo:DRT", "vehicles": 200, "duration_s": 200.0}
+IN_TOWN: dict[str, Any] = {"network": "sumo:DRT", "loops": 20, "vehicles": 120, "duration_s": 150.0}
 
 
-@pytest.mark.parametrize(("given", "least_km"), [(ON_GRID, 145.0), (IN_TOWN, 300.0)], ids=["grid", "town"])
+@pytest.mark.parametrize(("given", "least_km"), [(ON_GRID, 145.0), (IN_TOWN, 135.0)], ids=["grid", "town"])
 def test_a_gated_run_is_clean_and_drives_far(folder: Path, given: dict[str, Any], least_km: float) -> None:
     """Clean by positions, with events of all kinds."""
     summary, of = run(folder, **given)
@@ -124,9 +124,9 @@ def test_vehicles_stop_and_are_spaced(folder: Path, tmp_path: Path) -> None:
 def test_loops_drive_among_ordinary_traffic(folder: Path, tmp_path: Path) -> None:
     """Clean by positions."""
     trips = tmp_path / "ordinary.rou.xml"
-    heart.draw_trips(GRID, 3.0, 300.0, 1, trips)
+    heart.draw_trips(GRID, 3.0, 150.0, 1, trips)
     given: dict[str, Any] = {
-        "network": GRID, "vehicles": 60, "loops": 30, "traffic": str(trips), "duration_s": 300.0
+        "network": GRID, "vehicles": 60, "loops": 30, "traffic": str(trips), "duration_s": 150.0
     }  # fmt: skip
     mine, _ = run(folder, **given)
     assert mine["clean"]

@@ -24,7 +24,7 @@ ACTUATED = Scenario(
     loops=30,
     vehicles=100,
     lights="obey",
-    duration_s=900.0,
+    duration_s=400.0,
     seed=2,
 )
 
@@ -74,7 +74,7 @@ def test_lights_that_are_off_stay_off(tmp_path: Path, gate: str) -> None:
         file = tmp_path / f"{name}.add.xml"
         logic = f'<tlLogic id="B2" type="static" programID="night">{red}</tlLogic>'
         file.write_text(f"<additional>{logic}{more}</additional>")
-        scenario = replace(ACTUATED, gate=gate, lights="off", stops=str(file), duration_s=200.0)
+        scenario = replace(ACTUATED, gate=gate, lights="off", stops=str(file), duration_s=80.0)
         simulate(scenario, tmp_path / name)
         told.append((tmp_path / name / "events.parquet").read_bytes())
     assert told[0] == told[1]
@@ -90,14 +90,14 @@ def test_lights_that_stay_red_are_no_deadlock() -> None:
 
 def test_ordinary_traffic(tmp_path: Path) -> None:
     """Everybody gets round among ordinary vehicles, nobody collides, the summary says what it is worth."""
-    traffic = _trips(tmp_path / "others.rou.xml", every_s=3.0, duration_s=1200.0)
-    scenario = Scenario(network=str(GRID), loops=30, vehicles=60, traffic=str(traffic), duration_s=1200.0)
+    traffic = _trips(tmp_path / "others.rou.xml", every_s=3.0, duration_s=600.0)
+    scenario = Scenario(network=str(GRID), loops=30, vehicles=60, traffic=str(traffic), duration_s=600.0)
     summary = simulate(scenario, tmp_path / "run")
     assert summary["outcome"] == "done"
     assert (summary["collisions"], summary["teleports"], summary["audit"]) == (0, 0, "clean")
     assert summary["vehicles_without_a_lap"] == summary["overruns"] == summary["trespasses"] == 0
     assert summary["refusals"]["traffic"] > 100
-    assert summary["others"]["vehicles"] > 300
+    assert summary["others"]["vehicles"] > 150
     assert "SUMO's right of way" in summary["others"]["promise"]
     assert (summary["promise"], summary["promise_if"]) == ("", "")  # they may block others for good
     assert f"--traffic {traffic}" in summary["command"]

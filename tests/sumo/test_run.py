@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,10 @@ CITY = Scenario(
     network="sumo:bs3d", loops=4, max_shared=0.5, duration_s=900.0, gate="algorithm2", abstraction="segments"
 )
 GRID = Path(__file__).parents[2] / "networks" / "grid5-priority.net.xml"
+LOCKS = Scenario(
+    network=str(GRID), loops=40, vehicles=240, gate="open", abstraction="segments", loops_seed=2, seed=2
+)
+"""After two minutes a circle has closed."""
 
 
 def test_a_gated_run_is_clean_and_everybody_gets_round(tmp_path: Path) -> None:
@@ -85,11 +90,8 @@ def test_the_audit_of_a_real_trace_finds_a_grant_taken_away(tmp_path: Path) -> N
 
 
 def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
-    """Under SUMO's priority rules 180 vehicles lock up; the run ends there and names the circle."""
-    scenario = Scenario(
-        network=str(GRID), loops=60, vehicles=180, gate="open", abstraction="segments", loops_seed=2, seed=2
-    )
-    summary = simulate(scenario, tmp_path / "run")
+    """Under SUMO's priority rules 240 vehicles lock up; the run ends there and names the circle."""
+    summary = simulate(LOCKS, tmp_path / "run")
     assert summary["outcome"] == "deadlock"
     (deadlock,) = summary["deadlocks"]
     assert summary["duration_s"] < 3600.0
@@ -103,19 +105,8 @@ def test_a_gridlocked_grid_ends_in_a_named_deadlock(tmp_path: Path) -> None:
 
 def test_on_deadlock_teleport_goes_on(tmp_path: Path) -> None:
     """As long as a circle stands, a vehicle of it is put ahead where it has room."""
-    scenario = Scenario(
-        network=str(GRID),
-        loops=60,
-        vehicles=180,
-        gate="open",
-        abstraction="segments",
-        loops_seed=2,
-        seed=2,
-        duration_s=1200.0,
-        on_deadlock="teleport",
-    )
-    summary = simulate(scenario, tmp_path / "run")
-    assert summary["duration_s"] == pytest.approx(1200.0, abs=1.0)
+    summary = simulate(replace(LOCKS, duration_s=600.0, on_deadlock="teleport"), tmp_path / "run")
+    assert summary["duration_s"] == pytest.approx(600.0, abs=1.0)
     assert summary["deadlocks"]
     assert summary["teleports"] > len(summary["deadlocks"])
     assert summary["collisions"] == 0
@@ -179,7 +170,7 @@ def test_sumo_forgets_the_stops_that_vehicles_have_made(monkeypatch: pytest.Monk
     monkeypatch.setattr(SumoTraffic, "halted", counting)
     monkeypatch.setattr(holds, "_MOST", 2)
     simulate(
-        Scenario(network=str(GRID), loops=6, vehicles=90, duration_s=3600.0, loop_length_m=(400.0, 900.0))
+        Scenario(network=str(GRID), loops=3, vehicles=60, duration_s=1800.0, loop_length_m=(400.0, 900.0))
     )
     assert max(reached.values()) > 30
     assert max(kept) < 15
