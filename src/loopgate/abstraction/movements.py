@@ -598,7 +598,7 @@ def _shared(
     found = both.groupby(["one", "other", "mine", "theirs"]).agg(
         begin=("at", "min"), end=("rear", "max"), follows=("follows", "any")
     )
-    one, other, *size = (found.index.get_level_values(name).to_numpy() for name in found.index.names)
+    one, other, *size = (found.index.get_level_values(number).to_numpy() for number in range(4))
     firsts = np.flatnonzero((np.diff(one, prepend=-1) != 0) | (np.diff(other, prepend=-1) != 0))
     pair = np.repeat(np.arange(len(firsts)), np.diff(firsts, append=len(one)))
     tables = np.full((len(firsts), len(sizes), len(sizes), 2), (math.inf, -math.inf))
