@@ -17,7 +17,7 @@ from loopgate.gates.base import Gate, TimedGate
 from loopgate.gates.following import check_methods
 from loopgate.model import System
 from loopgate.plugins import Plugins, blaming, is_ours
-from loopgate.reading import shown
+from loopgate.reading import of_kind, shown
 
 _GATES = Plugins("gate", "loopgate.gates", GateError, "a System and its options")
 
@@ -103,6 +103,7 @@ def make_gate(gate: object, system: System, clock: Callable[[], float] | None = 
     (False, 'occupied')
     """
     spec = name_gate(gate)
+    of_kind(System, system, f"gate {spec}: system", GateError, "a System")
     made: object = _GATES.make(spec, lambda f, o: f(system, **o))
     if not isinstance(made, Gate) or isinstance(made, type):
         msg = f"gate {spec}: it makes {shown(made)}, which is no gate; expected the methods decide and moved"

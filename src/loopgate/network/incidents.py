@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -92,7 +93,8 @@ def read_incidents(network: RoadNetwork, file: Path | str, vehicles: Collection[
         vehicle = one.get("vehicle")
         if vehicle not in vehicles:
             some = ", ".join(sorted(vehicles)[:3])
-            msg = f"{what}: vehicle is {shown(vehicle)}; expected the name of a vehicle on a loop, as {some}"
+            said = f"vehicle is {shown(vehicle)}" if "vehicle" in one else "the key 'vehicle' is missing"
+            msg = f"{what}: {said}; expected the name of a vehicle on a loop, as {some}"
             raise ScenarioError(msg)
         breakdowns.append(Breakdown(str(vehicle), *_times(one, what)))
     return Incidents(tuple(closures), tuple(breakdowns))
@@ -131,14 +133,19 @@ def _closures(network: RoadNetwork, one: Mapping[str, Any], what: str) -> list[C
 
 
 def _times(one: Mapping[str, Any], what: str) -> tuple[float, float]:
+    if "from" not in one:
+        msg = f"{what}: the key 'from' is missing; expected h:m, h:m:s or seconds, from 0 on"
+        raise ScenarioError(msg)
     found = []
-    for key, default in (("from", None), ("to", math.inf)):
-        said = one.get(key, default)
-        try:
-            found.append(math.inf if said == math.inf else time_of_day(str(said)))
-        except ValueError as error:
-            msg = f"{what}: {key} is {shown(said)}; expected h:m, h:m:s or seconds"
-            raise ScenarioError(msg) from error
+    for key in ("from", "to"):
+        said = one.get(key, math.inf)
+        time_s = -math.inf
+        with suppress(ValueError):
+            time_s = math.inf if said == math.inf else time_of_day(str(said))
+        if time_s < 0.0:
+            msg = f"{what}: {key} is {shown(said)}; expected h:m, h:m:s or seconds, from 0 on"
+            raise ScenarioError(msg)
+        found.append(time_s)
     if not found[0] < found[1]:
         msg = f"{what}: it ends at {found[1]:g} s, but begins at {found[0]:g} s"
         raise ScenarioError(msg)

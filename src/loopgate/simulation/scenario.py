@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import numbers
 import operator
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -122,9 +123,10 @@ def some_of(words: Sequence[str]) -> Rule:
 
 
 def text() -> Rule:
-    """Return the rule for a text without control characters, which can be a file name."""
+    """Return the rule for a text without control characters, which can be a file name; a path becomes one."""
 
     def accept(value: object) -> str:
+        value = os.fspath(value) if isinstance(value, os.PathLike) else value
         if not isinstance(value, str):
             raise TypeError
         return value if len(value) <= _LONGEST_TEXT and is_plain(value) else _refuse()
@@ -667,7 +669,7 @@ class Scenario:
                 there = f"known are {', '.join(sorted(set(fields.values())))}{meant(key, list(fields))}"
                 msg = f"{source}: unknown key {shown(key)}; {there}"
                 raise ScenarioError(msg)
-            values[name] = in_seconds(name, value)
+            values[name] = plain_value(name, value)
         if "network" not in values:
             msg = f"{source}: the key 'network' is missing"
             raise ScenarioError(msg)
@@ -729,8 +731,10 @@ def keys() -> Mapping[str, str]:
     return {name: name for name in fields} | short | {"step_length": "step_s", "gated": "who"}
 
 
-def in_seconds(field: str, value: object) -> object:
-    """Return a time of a field that is written as on the command line in seconds; anything else as it is."""
+def plain_value(field: str, value: object) -> object:
+    """Return a time that is written as on the command line in seconds, a path as text; else the value."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     if isinstance(value, str) and field.endswith("_s"):
         from loopgate.network.clock import time_of_day, with_units  # noqa: PLC0415  help needs no networks
 

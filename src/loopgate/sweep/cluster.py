@@ -8,6 +8,7 @@ A scheduler and workers started by hand, or by dask-jobqueue on a batch system::
 Workers need the same `loopgate` and nothing else: networks and routes travel with the runs.
 """
 
+import re
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -18,6 +19,7 @@ from loopgate.sweep.task import own_code
 from loopgate.versions import versions
 
 _CONNECT_S = 10
+_ADDRESS = re.compile(r"((tcp|tls|ucx|ws|wss)://)?[^\s/]+:\d+/?")
 _CODE = "__import__('loopgate.sweep.task', fromlist=['own_code']).own_code()"
 """Asks a worker which code it runs, in words that a worker of any version can read."""
 
@@ -26,14 +28,18 @@ _CODE = "__import__('loopgate.sweep.task', fromlist=['own_code']).own_code()"
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     """Connect to the scheduler at `address` and yield an executor with its number of worker threads.
 
-    Raises `SweepError` if Dask is not installed, nobody answers, there are no workers, or a worker has no
-    loopgate or runs other code of it.
+    Raises `SweepError` if Dask is not installed, the address is none, nobody answers, there are no workers, or
+    a worker has no loopgate or runs other code of it.
     """
     try:
         from distributed import Client  # noqa: PLC0415 - an extra, needed here only
     except ImportError as error:
-        msg = "the dask executor needs dask.distributed; install loopgate[dask]"
+        msg = "the dask executor needs dask.distributed; pip install 'sumo-loopgate[dask]'"
         raise SweepError(msg) from error
+    # Dask's client of an address that it cannot read never ends, and prints its traceback much later.
+    if not _ADDRESS.fullmatch(address):
+        msg = f"scheduler {shown(address)}: no address; expected tcp://host:port, such as tcp://host:8786"
+        raise SweepError(msg)
     try:
         client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:

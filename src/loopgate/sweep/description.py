@@ -101,15 +101,19 @@ class Sweep:
     folder: Path = field(default_factory=Path)
 
     def __post_init__(self) -> None:
-        name = self.name
+        name = of_kind(str, self.name, "name", SweepError, "the name of a folder")
+        object.__setattr__(self, "folder", as_path(self.folder, "folder", SweepError))
         plain = 0 < len(name.encode(errors="replace")) <= _LONGEST_NAME and is_plain(name)
         if not plain or name.startswith(".") or set(name) & set("/\\"):
             msg = f"name is {shown(name)}; expected the name of a folder, up to {_LONGEST_NAME} bytes long"
             raise SweepError(msg)
-        for part in ("base", "grid"):
-            object.__setattr__(self, part, _plain(getattr(self, part)))
+        object.__setattr__(self, "base", _plain(self.base, "base"))
+        axes = _plain(self.grid, "grid")
+        grid = {axis: _axis(values, f"grid: {axis}") for axis, values in axes.items()}
+        object.__setattr__(self, "grid", grid)
         for part in ("include", "exclude"):
-            object.__setattr__(self, part, [_plain(rule) for rule in getattr(self, part)])
+            rules = of_kind(list | tuple, getattr(self, part), part, SweepError, "a list of tables")
+            object.__setattr__(self, part, [_plain(rule, part) for rule in rules])
 
     def __repr__(self) -> str:
         axes = " x ".join(f"{len(values)} {name}" for name, values in self.grid.items())
@@ -223,10 +227,7 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
             if isinstance(inherited.get(key), str) and is_file(scenario.parent / inherited[key]):
                 inherited[key] = str(scenario.parent / inherited[key])
         base = {**inherited, **base}
-    grid = {
-        axis: _axis(values, f"{path}: grid: {axis}")
-        for axis, values in _table(data.get("grid", {}), f"{path}: grid").items()
-    }
+    grid = _table(data.get("grid", {}), f"{path}: grid")
     parts = {
         "include": _tables(data.get("include", []), f"{path}: include"),
         "exclude": _tables(data.get("exclude", []), f"{path}: exclude"),
@@ -239,15 +240,24 @@ def _described(path: Path, data: Mapping[str, Any]) -> Sweep:
         raise SweepError(msg) from error
 
 
-def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return scenario keys with times in seconds, and names for gates and negotiations that are classes."""
-    from loopgate.simulation.scenario import in_seconds, keys  # noqa: PLC0415  help needs no scenario
+def _plain(values: object, part: str) -> dict[str, Any]:
+    """Return scenario keys with times in seconds, paths as text, and names for gates that are classes.
 
+    Raises `SweepError` if they are no table; the text begins with the `part` of the sweep.
+    """
+    from loopgate.simulation.scenario import keys, plain_value  # noqa: PLC0415  help needs no scenario
+
+    if not isinstance(values, Mapping):
+        msg = f"{part} is {shown(values)}; expected a table of scenario keys"
+        raise SweepError(msg)
     fields, plain = keys(), dict(values)
+
     for key, value in plain.items():
         field = fields.get(key, "")
         plain[key] = (
-            [in_seconds(field, one) for one in value] if isinstance(value, list) else in_seconds(field, value)
+            [plain_value(field, one) for one in value]
+            if isinstance(value, list | tuple)
+            else plain_value(field, value)
         )
     for key, namer in _NAMERS.items():
         value = plain.get(key)
@@ -280,10 +290,11 @@ def _axis(values: object, what: str) -> list[Any]:
             msg = f"{what} is {shown(values)}; a range has at most {_MOST_RUNS} numbers"
             raise SweepError(msg)
         return list(range(values["from"], values["to"] + 1))
-    if not isinstance(values, list):
+    if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         msg = f"{what} is {shown(values)}; expected a list of values, or a range {{ from = 0, to = 4 }}"
         raise SweepError(msg)
-    return values
+    plain = getattr(values, "tolist", None)  # of arrays and columns: numbers of Python
+    return list(plain() if callable(plain) else values)
 
 
 def _table(value: object, what: str) -> Mapping[str, Any]:

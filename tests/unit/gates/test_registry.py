@@ -65,3 +65,10 @@ def test_a_bad_name_is_refused(name: str, says: str) -> None:
     with pytest.raises(GateError) as caught:
         make_gate(name, ring_of_three())
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["banker", "certified", "collision"])
+def test_a_gate_needs_a_system(name: str) -> None:
+    """Whatever else it is given is told, and not what the gate stumbles on."""
+    with pytest.raises(GateError, match=f"gate {name}: system is None; expected a System"):
+        make_gate(name, None)  # type: ignore[arg-type]

@@ -99,7 +99,12 @@ def test_a_closure_begins_at_a_time_of_day(tmp_path: Path) -> None:
             '[[closures]]\nedge = "s1"\nlane = "s1_0"\nfrom = 0',
             "give the edge or the street that is closed, or one lane",
         ),
-        ('[[closures]]\nedge = "s1"', "from is None; expected h:m, h:m:s or seconds"),
+        ('[[closures]]\nedge = "s1"', "the key 'from' is missing; expected h:m, h:m:s or seconds"),
+        ('[[closures]]\nedge = "s1"\nfrom = -60', "from is -60; expected h:m, h:m:s or seconds, from 0 on"),
+        (
+            "[[breakdowns]]\nfrom = 9",
+            "the key 'vehicle' is missing; expected the name of a vehicle on a loop",
+        ),
         ('[[closures]]\nedge = "s1"\nfrom = "10.00 h"', "from is '10.00 h'; expected h:m, h:m:s or seconds"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nto = 3', "it ends at 3 s, but begins at 9 s"),
         ('[[closures]]\nedge = "s1"\nfrom = 9\nwhy = "works"', "why"),

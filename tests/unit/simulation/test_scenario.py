@@ -114,3 +114,11 @@ def test_times_in_files_are_written_as_on_the_command_line() -> None:
     assert (scenario.duration_s, scenario.warmup_s, scenario.begin_s) == (600.0, 60.0, 34200.0)
     with pytest.raises(ScenarioError, match="duration_s is 'soon'; expected a number"):
         Scenario.from_dict({"network": "sumo:DRT", "duration": "soon"})
+
+
+def test_files_may_be_paths() -> None:
+    """As scripts have them; the scenario has them as texts."""
+    files = {"network": Path("a") / "n.net.xml", "routes": Path("r.rou.xml")}
+    asked = Scenario(network="a/n.net.xml", routes="r.rou.xml")
+    assert Scenario(**files) == asked  # type: ignore[arg-type]  # a text to the type checker
+    assert Scenario.from_dict(files) == asked

@@ -144,6 +144,13 @@ def test_no_scheduler_is_one_clear_line() -> None:
         pass
 
 
+@pytest.mark.parametrize("address", ["here", "tcp://here", "here:port", "http://here:8786"])
+def test_what_is_no_address_is_told_at_once(address: str) -> None:
+    """Dask would print a traceback when the command ends."""
+    with pytest.raises(SweepError, match=r"no address; expected tcp://host:port"), dask_executor(address):
+        pass
+
+
 def test_a_scheduler_that_is_restarted(fake_runner: str, tmp_path: Path) -> None:
     """One line, and all rows so far are kept; with a new scheduler the same sweep makes the others, once."""
     sweep, rows = small(tmp_path), tmp_path / "r"

@@ -1,7 +1,10 @@
 """Sweep files: what they expand to, and how they are refused."""
 
+import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from loopgate.errors import SweepError
@@ -119,6 +122,41 @@ def test_what_means_nothing_is_refused(text: str, message: str, tmp_path: Path) 
     """The error names the file or the sweep, and what was expected."""
     with pytest.raises(SweepError, match=message):
         points(text, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"grid": {"vehicles": 5}}, "grid: vehicles is 5; expected a list of values"),
+        ({"grid": {"gate": "open"}}, "grid: gate is 'open'; expected a list of values"),
+        ({"grid": None}, "grid is None; expected a table of scenario keys"),
+        ({"base": None}, "base is None; expected a table of scenario keys"),
+        ({"include": {"seed": 3}}, "include is {'seed': 3}; expected a list of tables"),
+        ({"exclude": [5]}, "exclude is 5; expected a table of scenario keys"),
+        ({"name": None}, "name is None; expected the name of a folder"),
+        ({"folder": None}, "folder is None; expected a path"),
+    ],
+)
+def test_what_python_is_given_is_checked(parts: dict[str, Any], message: str) -> None:
+    """A text is no list of values: `open` would be four gates of one letter."""
+    whole: dict[str, Any] = {"name": "x", "base": {"network": "sumo:DRT"}, "grid": {"seed": [1]}, **parts}
+    with pytest.raises(SweepError, match=re.escape(message)):
+        Sweep(**whole)
+
+
+def test_python_may_give_arrays_ranges_and_paths(tmp_path: Path) -> None:
+    """An array has the keys of a list; a network's path is the file whose content counts."""
+    (tmp_path / "n.net.xml").write_text("<net/>", encoding="utf-8")
+    base = {"network": "n.net.xml"}
+
+    def keys(seeds: Any, network: Any = "n.net.xml") -> list[str]:  # noqa: ANN401  whatever users give
+        sweep = Sweep("x", {**base, "network": network}, {"seed": seeds}, folder=str(tmp_path))  # type: ignore[arg-type]
+        return [point.key for point in sweep.points()]
+
+    asked = keys([1, 2, 3])
+    for seeds in (np.arange(1, 4), range(1, 4), (1, 2, 3), {"from": 1, "to": 3}):
+        assert keys(seeds) == asked
+    assert keys([1, 2, 3], Path("n.net.xml")) == asked
 
 
 def test_table_called_scenario_is_told_of_base(tmp_path: Path) -> None:
