@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
-from loopgate.analysis.statistics import FEWEST, mean_interval, paired_interval
+from loopgate.analysis.statistics import FEWEST, check_level, mean_interval, paired_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import columns as c
 
@@ -110,7 +110,8 @@ def compute_paired(
     good = succeeded(runs).dropna(subset=[value])
     known = sorted(good[of].dropna().unique())
     if baseline not in known:
-        msg = f"baseline {baseline}: no run used that gate; there are {', '.join(known) or 'no runs'}"
+        there = ", ".join(map(str, known)) or "no runs"
+        msg = f"baseline {baseline}: no run used that {of}; there are {there}"
         raise AnalysisError(msg)
     twins = good[good.duplicated([of, *keys], keep=False)]
     if len(twins):
@@ -225,6 +226,7 @@ def compute_capacity(
     [['open', 40, 150.0, False]]
     """
     check_columns(runs, [c.VEHICLES, value], "runs")
+    check_level(level)
     rows = []
     for names, group in groups(succeeded(runs).dropna(subset=[value, c.VEHICLES]), by, "runs"):
         samples = {

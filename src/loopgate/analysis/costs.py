@@ -7,6 +7,7 @@ import pandas as pd
 
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
 from loopgate.analysis.statistics import weighted_quantiles
+from loopgate.errors import AnalysisError
 from loopgate.results import columns as c
 
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -45,6 +46,10 @@ def compute_lap_distribution(
     [69.5]
     """
     check_columns(runs, [c.LAPS, c.LAP_QUANTILES], "runs")
+    wrong = [q for q in quantiles if not 0.0 <= q <= 1.0]
+    if wrong:
+        msg = f"quantile {wrong[0]:g} is none; expected numbers from 0 to 1, such as 0.5 for the median"
+        raise AnalysisError(msg)
     rows = []
     for names, group in groups(succeeded(runs), by, "runs"):
         lapped = group[(group[c.LAPS] > 0) & group[c.LAP_QUANTILES].notna()]

@@ -42,7 +42,7 @@ def compute_flow(*, flow: pd.DataFrame, every_s: float = 60.0, by: Sequence[str]
     [[1.0, 90.0, 1.0]]
     """
     check_columns(flow, [*c.FLOW_COLUMNS, *by], "flow")
-    if every_s < c.FLOW_EVERY_S:
+    if not every_s >= c.FLOW_EVERY_S:
         msg = f"intervals of {every_s:g} s are too short; expected at least {c.FLOW_EVERY_S:g} s"
         raise AnalysisError(msg)
     rows = flow.assign(**{c.KEY: flow.get(c.KEY, "")})

@@ -9,14 +9,24 @@ import pandas as pd
 
 from loopgate.errors import AnalysisError, LoopgateError
 from loopgate.plugins import reason_of
+from loopgate.reading import at_least
 from loopgate.results.columns import STATUS, STATUS_OK
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
+_NAMES = ("by", "match", "among", "streets", "edges", "blocked")
+"""Parameters that take names; a text is one of them, as in pandas, and no sequence of letters."""
+
+_COUNTS = ("first", "resamples")
+"""Parameters that take a number of things."""
+
 
 def of_tables(function: Callable[P, T], offered_by: str) -> Callable[P, T]:
     """Decorate a function of tables so that invalid values raise `AnalysisError` in one line.
+
+    A single name stands for a list of one, and a number of rows is at least 1: pandas would take the letters
+    of a name, and leave out the last rows for a negative number.
 
     Tables may be damaged, made by another version, or a user's own. Whatever the function stumbles on then
     becomes an `AnalysisError` that names the function. A call that Python itself refuses stays a `TypeError`.
@@ -29,6 +39,13 @@ def of_tables(function: Callable[P, T], offered_by: str) -> Callable[P, T]:
 
     @functools.wraps(function)
     def explained(*args: P.args, **kwargs: P.kwargs) -> T:
+        for name in _NAMES:
+            if isinstance(only := kwargs.get(name), str):
+                kwargs[name] = [only]
+        for name in _COUNTS:
+            at_least(
+                1, kwargs.get(name, 1), f"{function.__name__}: {name}", AnalysisError, "a number from 1 on"
+            )
         try:
             return function(*args, **kwargs)
         except LoopgateError:

@@ -9,7 +9,7 @@ import pandas as pd
 import scipy
 
 from loopgate.analysis.frames import check_columns, groups, succeeded, table
-from loopgate.analysis.statistics import wilson_interval
+from loopgate.analysis.statistics import check_level, wilson_interval
 from loopgate.errors import AnalysisError
 from loopgate.results import columns as c
 
@@ -87,6 +87,7 @@ def compute_survival(
     [[0.0, 1.0], [900.0, 0.5], [3600.0, 0.5]]
     """
     check_columns(runs, [c.FIRST_DEADLOCK, c.OBSERVED], "runs")
+    check_level(level)
     curves = [
         _curve(group, level).assign(**names)[[*by, *_CURVE]]
         for names, group in groups(succeeded(runs), by, "runs")
@@ -137,7 +138,8 @@ def compute_time_to_deadlock(
     """Return median and restricted mean of the time to the first deadlock (Kaplan-Meier).
 
     One row per group: `by`, `RUNS`, `DEADLOCKED`, `MEDIAN_TIME` [s] (missing if fewer than half of the runs
-    lock up), `RESTRICTED_MEAN` [s] (mean of the time to deadlock, cut off at the horizon), `HORIZON` [s].
+    lock up), `RESTRICTED_MEAN` [s] (mean of the time to deadlock, cut off at the horizon; missing if no run
+    of the group was observed that long and some did not lock up), `HORIZON` [s].
 
     Raises `AnalysisError` on a missing column or a horizon that is not positive.
 
@@ -158,27 +160,28 @@ def compute_time_to_deadlock(
     >>> compute_time_to_deadlock(runs=runs, by=["gate"])[["median_s", "restricted_mean_s"]].values.tolist()
     [[900.0, 2250.0]]
     """
-    if horizon_s is not None and horizon_s <= 0:
+    if horizon_s is not None and not horizon_s > 0:
         msg = f"horizon {horizon_s:g} s is none; expected a time above 0 s"
         raise AnalysisError(msg)
     survival = compute_survival(runs=runs, by=by)
     curves = list(groups(survival, by, "runs")) if len(survival) else []
     if horizon_s is None:
-        known = [np.inf if curve[c.SURVIVAL].iloc[-1] <= 0 else curve[c.AT].iloc[-1] for _, curve in curves]
-        horizon_s = min(known, default=np.nan)
+        ends = [np.inf if curve[c.SURVIVAL].iloc[-1] <= 0 else curve[c.AT].iloc[-1] for _, curve in curves]
+        horizon_s = min(ends, default=np.nan)
         horizon_s = float(survival[c.AT].max()) if np.isinf(horizon_s) else horizon_s
     rows = []
     for names, curve in curves:
         time, share = curve[c.AT].to_numpy(dtype=float), curve[c.SURVIVAL].to_numpy(dtype=float)
         below = time[share <= 0.5 + 1e-12]
         steps = np.clip(np.append(time, np.inf), 0.0, horizon_s)
+        known = share[-1] <= 0.0 or time[-1] >= horizon_s
         rows.append(
             {
                 **names,
                 c.RUNS: int(curve[c.AT_RISK].iloc[0]),
                 c.DEADLOCKED: int(curve[c.DEADLOCKED].sum()),
                 c.MEDIAN_TIME: float(below[0]) if below.size else np.nan,
-                c.RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)),
+                c.RESTRICTED_MEAN: float(np.sum(np.diff(steps) * share)) if known else np.nan,
                 c.HORIZON: horizon_s,
             }
         )

@@ -31,7 +31,7 @@ def wilson_interval(successes: int, trials: int, *, level: float = 0.95) -> Inte
 
     Raises `AnalysisError` if `successes` is not between 0 and `trials`, or `level` not between 0 and 1.
     """
-    _check_level(level)
+    check_level(level)
     if not 0 <= successes <= trials:
         msg = f"{successes} of {trials} is no rate; expected 0 <= successes <= trials"
         raise AnalysisError(msg)
@@ -46,7 +46,7 @@ def mean_interval(values: npt.ArrayLike, *, level: float = 0.95) -> Interval:
 
     Raises `AnalysisError` if `level` is not between 0 and 1.
     """
-    _check_level(level)
+    check_level(level)
     sample = _finite(values)
     if sample.size == 0:
         return Interval(np.nan, np.nan, np.nan)
@@ -66,7 +66,7 @@ def bootstrap_interval(values: npt.ArrayLike, *, level: float = 0.95, seed: int 
 
     Raises `AnalysisError` if `level` is not between 0 and 1.
     """
-    _check_level(level)
+    check_level(level)
     sample = _finite(values)
     if sample.size == 0:
         return Interval(np.nan, np.nan, np.nan)
@@ -127,7 +127,8 @@ def _finite(values: npt.ArrayLike) -> Floats:
     return finite
 
 
-def _check_level(level: float) -> None:
+def check_level(level: float) -> None:
+    """Refuse what is no confidence level with an `AnalysisError`."""
     if not 0 < level < 1:
         msg = f"level {level:g} is no confidence level; expected a number between 0 and 1, such as 0.95"
         raise AnalysisError(msg)

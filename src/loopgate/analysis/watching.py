@@ -16,6 +16,7 @@ from loopgate.analysis.frames import check_columns, check_period
 from loopgate.analysis.monitoring import compute_revisit_intervals, compute_revisits
 from loopgate.arrays import Floats, Ints
 from loopgate.errors import AnalysisError
+from loopgate.reading import at_least
 from loopgate.results import columns as c
 from loopgate.results.columns import Event
 
@@ -39,7 +40,7 @@ def compute_watch(
     intervals below a quarter of their mean; NaN without one), `BOUND` (the bound [s]) and `WITHIN` (share of
     the period in which the idleness is at most the bound).
 
-    Raises `AnalysisError` on a missing column or an empty period.
+    Raises `AnalysisError` on a missing column, an empty period, or a street without a bound from 0 s on.
 
     Parameters
     ----------
@@ -71,7 +72,9 @@ def compute_watch(
     table[c.HEADWAY_CV] = intervals.std() / intervals.mean().where(lambda mean: mean > 0.0)
     short = between[c.INTERVAL] < _BUNCHED * intervals.transform("mean")
     table[c.BUNCHED] = short.groupby(between[c.EDGE]).mean()
-    table[c.BOUND] = [bound_s[edge] if isinstance(bound_s, Mapping) else bound_s for edge in table.index]
+    table[c.BOUND] = [
+        _bound(bound_s.get(edge) if isinstance(bound_s, Mapping) else bound_s, edge) for edge in table.index
+    ]
     gaps = _gaps(events, list(table.index), since_s, **period)
     over = np.bincount(gaps.street, gaps.over_s(table[c.BOUND].to_numpy()[gaps.street]), len(table))
     table[c.WITHIN] = 1.0 - over / (end_s - begin_s)
@@ -79,6 +82,10 @@ def compute_watch(
         [c.WORST_IDLENESS, c.EDGE], ascending=[False, True], kind="stable"
     )
     return worst[list(c.WATCH_COLUMNS)].reset_index(drop=True)
+
+
+def _bound(bound_s: float | None, edge: str) -> float:
+    return at_least(0.0, bound_s, f"bound_s of {edge}", AnalysisError, "seconds from 0 on")
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,7 +313,7 @@ def compute_districts(*, watch: pd.DataFrame, districts: Mapping[str, Iterable[s
     how |= dict.fromkeys((c.HEADWAY_CV, c.BUNCHED, c.WITHIN), "mean")
     rows = []
     for name, edges in districts.items():
-        part = by_edge.loc[by_edge.index.isin(list(edges))]
+        part = by_edge.loc[by_edge.index.isin([edges] if isinstance(edges, str) else list(edges))]
         if len(part):
             never = int((part[c.VISITS] == 0).sum())
             rows.append({c.DISTRICT: name, c.STREETS: len(part), c.NEVER_SEEN: never, **part.agg(how)})

@@ -28,8 +28,8 @@ _CODE = "__import__('loopgate.sweep.task', fromlist=['own_code']).own_code()"
 def dask_executor(address: str) -> Iterator[tuple[Executor, int]]:
     """Connect to the scheduler at `address` and yield an executor with its number of worker threads.
 
-    Raises `SweepError` if Dask is not installed, the address is none, nobody answers, there are no workers, or
-    a worker has no loopgate or runs other code of it.
+    Raises `SweepError` if Dask is not installed, the address is none, nobody answers, there are no workers,
+    or a worker has no loopgate or runs other code of it.
     """
     try:
         from distributed import Client  # noqa: PLC0415 - an extra, needed here only

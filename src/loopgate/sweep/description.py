@@ -112,7 +112,10 @@ class Sweep:
         grid = {axis: _axis(values, f"grid: {axis}") for axis, values in axes.items()}
         object.__setattr__(self, "grid", grid)
         for part in ("include", "exclude"):
-            rules = of_kind(list | tuple, getattr(self, part), part, SweepError, "a list of tables")
+            rules: object = getattr(self, part)
+            if not isinstance(rules, list | tuple):
+                msg = f"{part} is {shown(rules)}; expected a list of tables"
+                raise SweepError(msg)
             object.__setattr__(self, part, [_plain(rule, part) for rule in rules])
 
     def __repr__(self) -> str:
