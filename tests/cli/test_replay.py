@@ -113,6 +113,16 @@ def test_refusals_name_the_way_out(seen: Path, tmp_path: Path) -> None:
             )
 
 
+@pytest.mark.parametrize("name", ["layout.json", "fronts.parquet"])
+def test_a_folder_copied_in_part_is_told_what_it_lacks(seen: Path, tmp_path: Path, name: str) -> None:
+    """Nothing has to be run again: the file is where the folder was copied from."""
+    for file in seen.iterdir():
+        if file.name not in {name, "positions.csv.gz"}:
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    with pytest.raises(LoopgateError, match=f"{name}: it is missing, .* copy the whole folder of the run"):
+        make_replay(tmp_path)
+
+
 @pytest.mark.parametrize(
     "name",
     ["summary.json", "scenario.toml", "layout.json", "events.parquet", "positions.csv.gz", "fronts.parquet"],

@@ -34,16 +34,20 @@ def measure_coverage(network: RoadNetwork, loops: Iterable[Loop], *, vclass: str
     """Measure how much of a network lies on loops; O(lanes + spans).
 
     An edge counts if one of its lanes is open to the class and a loop names the edge. Lanes count if a
-    vehicle on the loop may be on them. Roads inside junctions are left out.
+    vehicle on the loop may be on them. Roads inside junctions are left out. If the class cannot drive the
+    loops, as cars on loops of a tram, roads count that are open to all classes that can drive all loops.
     """
+    spans = [span for loop in loops for span in loop.roads]
+    driven = [network.lanes[span.lane_id].allowed for span in spans]
+    common = frozenset[str]().union(*driven).intersection(*driven)
+    classes = common if common and vclass not in common else {vclass}
     lanes = {
         lane.id: lane.length_m
         for edge in network.edges.values()
         for lane in edge.lanes
-        if vclass in lane.allowed
+        if classes <= lane.allowed
     }
     edges = {network.lanes[lane].edge for lane in lanes}
-    spans = [span for loop in loops for span in loop.roads]
     visited = {lane for span in spans for lane in span.lane_ids} & lanes.keys()
     return Coverage(
         edges=len(edges),

@@ -310,6 +310,12 @@ def _where(
                 f"configuration, or by --stops"
             )
             raise RouteError(msg)
+        if kind == "parkingArea" and not place.lots and not place.spaces:
+            msg = (
+                f"{what}: {attribute} {shown(name)}: in {place.file} it has no lots, so the vehicle would "
+                f"wait before it for good; give it a roadsideCapacity or a space"
+            )
+            raise RouteError(msg)
         length_m = _lane_m(network, place.lane, f"{place.file}: {attribute} {name}")
         start_m, end_m = (_from_begin(m, length_m) for m in (place.start_m, place.end_m))
         return kind, name, place.lane, max(0.0, start_m), min(end_m, length_m)

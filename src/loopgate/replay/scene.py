@@ -566,6 +566,10 @@ def load_scene(folder: Path, report: Callable[[int], None] = lambda _percent: No
     positions, fronts = folder / run_folder.POSITIONS, folder / run_folder.FRONTS
     file = folder / run_folder.LAYOUT
     layout = read_layout(file) if file.is_file() else None
+    if not positions.is_file() and (layout is None) != (not fronts.is_file()):
+        lacks, has = (file, fronts) if layout is None else (fronts, file)
+        msg = f"{lacks}: it is missing, though {has.name} is there; copy the whole folder of the run"
+        raise ResultsError(msg)
     if not positions.is_file() and (layout is None or not fronts.is_file()):
         msg = f"{folder}: no positions were recorded; run it again with them: {_again(summary, folder)}"
         raise ResultsError(msg)

@@ -344,7 +344,10 @@ def write_report(
         Results, results, "write_report: the results", ResultsError, "Results, as read_results returns"
     )
     page = as_path(page, "page", ResultsError)
-    if not page.name:
+    if page.suffix.lower() == ".pdf":
+        msg = f"{page}: the page is HTML; name it .html; loopgate report --pdf {page} prints it"
+        raise ResultsError(msg)
+    if not page.name or page.is_dir():
         msg = f"{page}: a folder; expected the name of a page, such as report.html"
         raise ResultsError(msg)
     folder = Path(files) if files is not None else page.with_name(f"{page.stem}-files")

@@ -19,6 +19,15 @@ def test_coverage_by_hand() -> None:
     assert found.of_lane_km == pytest.approx(1 / 3)
 
 
+def test_loops_that_no_car_can_drive_are_measured_by_the_roads_of_their_own_class() -> None:
+    """A line on two of four roads that are open to buses: not 0 of the one that is open to cars."""
+    sizes = {"a": (100.0, 1), "b": (50.0, 1), "c": (50.0, 1), "cars": (100.0, 1)}
+    network = roads(sizes, ["a_0>b_0", "b_0>a_0", "b_0>c_0"], buses_only=["a_0", "b_0", "c_0"])
+    found = measure_coverage(network, [make_loop(network, "line", ["a", "b"], vclass="bus")])
+    assert (found.visited_edges, found.edges) == (2, 4)
+    assert found.of_lane_km == pytest.approx(0.5)
+
+
 def test_nothing_covers_nothing() -> None:
     """No loops, or no road for the class: shares of 0."""
     network = roads(EDGES, [])

@@ -19,7 +19,8 @@ NET = roads(
 OPEN = roads({"a": (100, 1), "b": (50, 1), "c": (100, 1)}, ["a_0>b_0", "b_0>c_0"], buses_only=[])
 PLACES = """<additional>
     <busStop id="school" lane="b_0" startPos="20" endPos="-10"/>
-    <parkingArea id="yard" lane="a_1" startPos="30" endPos="60"/>
+    <parkingArea id="yard" lane="a_1" startPos="30" endPos="60" roadsideCapacity="2"/>
+    <parkingArea id="kerb" lane="a_1" startPos="30" endPos="60"/>
 </additional>"""
 
 
@@ -176,6 +177,10 @@ STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</ve
         (STOP.format('<stop busStop="school"/>'), "vehicle v: stop 1: it says neither duration nor until"),
         (STOP.format('<stop busStop="x" duration="3"/>'), "busStop 'x' is in none of the additional files"),
         (STOP.format('<stop busStop="yard" duration="3"/>'), "busStop 'yard': in .* it is a parkingArea"),
+        (
+            STOP.format('<stop parkingArea="kerb" duration="3"/>'),
+            "places.add.xml it has no lots, ",
+        ),
         (STOP.format('<stop duration="3"/>'), "it names no place; give busStop"),
         (STOP.format('<stop lane="z_0" duration="3"/>'), "lane 'z_0' is not in the network"),
         (STOP.format('<stop lane="a_0" endPos="300" duration="3"/>'), "to 300 m of lane a_0, which is 100 m"),

@@ -186,6 +186,22 @@ def test_an_empty_results_folder(tmp_path: Path) -> None:
     assert made.files is None
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        (".", "a folder; expected the name of a page"),
+        ("r.pdf", "the page is HTML; .* --pdf .* prints it"),
+    ],
+)
+def test_what_is_no_page_is_refused_before_anything_is_drawn(tmp_path: Path, name: str, told: str) -> None:
+    """Figures take a minute; and a PDF that holds HTML opens nowhere."""
+    (tmp_path / "rows").mkdir()
+    (tmp_path / "sweep.json").write_text('{"name": "s", "runs": 35}')
+    with pytest.raises(ResultsError, match=told):
+        write_report(read_results(tmp_path), tmp_path / name)
+    assert not (tmp_path / name).is_file()
+
+
 def test_failed_runs_only(make: Make, tmp_path: Path) -> None:
     """Reasons instead of figures."""
     text = page(make({"seed": [0, 1]}, vehicles=5, trouble="raise"), tmp_path).text
