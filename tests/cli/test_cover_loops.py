@@ -97,7 +97,10 @@ def test_streets_from_a_file_and_in_a_polygon(tmp_path: Path) -> None:
         (["--cover", "1,2 3,4"], "expected at least three corners"),
         (["--cover", "0,0 1e308,0 0,-1e308"], "expected at least three corners"),
         (["--cover", "0,0 0.1,0 0,0.1"], "no edge of sumo:bs3d open to passenger has its middle inside"),
-        (["--cover", "all", "--count", "4", "--vehicles", "3"], "3 vehicles are too few"),
+        (
+            ["--cover", "all", "--count", "4", "--vehicles", "3"],
+            "3 are too few: each of the 4 loops needs one; take --count 3",
+        ),
         (["--cover", "all", "--max-length", "5"], "its shortest closed walk is longer than asked for"),
         (["--cover", "all", "--start", "nosuch"], "no edge or street nosuch open to passenger in sumo:bs3d"),
         (["--cover", "all", "--vclass", "nosuch"], "vehicle class 'nosuch': SUMO has aircraft, army"),

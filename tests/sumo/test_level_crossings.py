@@ -51,6 +51,29 @@ def files(folder: Path) -> dict[str, Any]:
     return {"network": str(folder / "n.net.xml"), "duration_s": 400.0, "positions": True}
 
 
+def test_a_trip_that_cannot_wait_on_its_first_road_says_where_it_departs(tmp_path: Path) -> None:
+    """On a single track with trains both ways nobody may wait: 300 m are not driven, and that is told."""
+    at = {"a": (0, 0), "b": (300, 0), "c": (700, 0), "d": (900, 0), "e": (600, 300)}
+    nodes = [f'<node id="{name}" x="{x}" y="{y}"/>' for name, (x, y) in at.items()]
+    ends = [("ab", "a", "b"), ("ba", "b", "a"), ("bc", "b", "c"), ("cd", "c", "d"), ("eb", "e", "b")]
+    edges = [f'<edge id="{e}" from="{u}" to="{v}" allow="rail" spreadType="center"/>' for e, u, v in ends]
+    (tmp_path / "n.nod.xml").write_text(f"<nodes>{''.join(nodes)}</nodes>")
+    (tmp_path / "n.edg.xml").write_text(f"<edges>{''.join(edges)}</edges>")
+    tool = Path(sumo.SUMO_HOME) / "bin" / "netconvert"
+    words = ["-n", "n.nod.xml", "-e", "n.edg.xml", "-o", "n.net.xml", "--no-warnings"]
+    subprocess.run([str(tool), *words], cwd=tmp_path, check=True, capture_output=True)
+    (tmp_path / "t.rou.xml").write_text(
+        '<routes><vType id="train" vClass="rail" length="60"/><vehicle id="t" type="train" depart="0">'
+        '<route edges="ab bc cd"/></vehicle><vehicle id="u" type="train" depart="0"><route edges="eb ba"/>'
+        "</vehicle></routes>"
+    )
+    files = {"network": str(tmp_path / "n.net.xml"), "routes": str(tmp_path / "t.rou.xml")}
+    made = simulate(Scenario(network=files["network"], routes=files["routes"], duration_s=120))
+    said = [line for line in made["warnings"] if "1 vehicle departs on a later road" in line]
+    assert len(said) == 1
+    assert "t on bc and not on ab" in said[0]
+
+
 @pytest.mark.parametrize(("gate", "lights"), [("certified", "off"), ("certified", "obey"), ("open", "off")])
 def test_nobody_drives_before_a_train(tmp_path: Path, gate: str, lights: str) -> None:
     """Trains are ordinary traffic that brakes for nobody."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from loopgate.cli.terminal import LENGTH_RANGE, FiniteRange, Time, print_json
+from loopgate.errors import RouteError
 from loopgate.reading import counted, listed
 
 if TYPE_CHECKING:
@@ -382,6 +383,12 @@ def _check_together(wish: LoopsWish) -> None:
     if wish.shift_min is not None and wish.max_length_m is not None:
         msg = "--shift and --max-length both set the longest loop; leave one out"
         raise click.UsageError(msg)
+    if wish.vehicles is not None and wish.count is not None and wish.vehicles < wish.count:
+        msg = (
+            f"--vehicles {wish.vehicles} are too few: each of the {wish.count} loops needs one; "
+            f"take --count {wish.vehicles}"
+        )
+        raise RouteError(msg)
     for one in ("--vehicles", "--max-length"):
         if wish.revisit_s is not None and covering[one] is not None:
             msg = f"--revisit and {one} both set the number of vehicles; leave one out"

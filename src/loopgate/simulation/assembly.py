@@ -23,6 +23,7 @@ from loopgate.network.ungated import UngatedFleet, in_ordinary_traffic
 from loopgate.network.vehicle_demand import RoutesFile, scaled
 from loopgate.reading import counted
 from loopgate.simulation.demand.allotment import (
+    begins_further_on,
     check_names,
     check_number,
     departs_at_edge,
@@ -270,6 +271,7 @@ def _assemble(scenario: Scenario, network: RoadNetwork, keeping: Collection[str]
             *(*warnings, *in_ordinary_traffic(source, apart), *sorted_out.moved, *peculiar.values(), *bereft),
             *_alone(scenario, [v.loop for v in everybody]),
             *_without_effect(scenario, end_s, file, everybody),
+            *(begins_further_on(departures[: len(later)]) if scenario.gated else ()),
         ),
         wishes=_wishes(scenario, network, sorted({vehicle.type.vclass for vehicle in everybody})),
         departures=tuple(departures[: len(later)]),

@@ -1,7 +1,7 @@
 """Random loops, and which vehicles of which types stand where on the loops, if no file says it."""
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
 from math import inf
@@ -19,8 +19,12 @@ from loopgate.network.cover.watch import allot, even_starts_m, laps_s
 from loopgate.network.generate import LoopOptions, LoopSearch
 from loopgate.network.vehicle_demand import RoutesFile
 from loopgate.network.vehicle_type import DEFAULT_TYPE, type_of_class
+from loopgate.reading import counted
 from loopgate.simulation.scenario import Scenario, parse_amounts
 from loopgate.simulation.sumo_options import begins_s
+
+_FAR_M = 100.0
+"""A trip that departs this much further on than its file says is told [m]."""
 
 MOST_VEHICLES = 100_000
 """Most vehicles that depart in one run; they take about a gigabyte of memory."""
@@ -165,6 +169,29 @@ def departs_at_edge(vehicle: VehicleDemand, track: Track) -> VehicleStart:
     front_m = least_m if vehicle.depart_m is None else vehicle.depart_m
     track = replace(track, vehicle=vehicle.id, start_m=front_m)
     return VehicleStart(vehicle, track, depart_s=vehicle.depart_s)
+
+
+def begins_further_on(starts: Iterable[VehicleStart]) -> tuple[str, ...]:
+    """Return a warning about trips that depart far from where their file says, if there are some.
+
+    As where the first road has no place: a single track, or one on which no vehicle may wait.
+    """
+    far = []
+    for start in starts:
+        said, roads = start.demand.edge, start.loop.roads
+        skipped_m = roads[start.edge].begin_m - roads[said].begin_m
+        if not start.loop.closed and start.edge > said and skipped_m >= _FAR_M:
+            far.append((start, roads[said].edge, skipped_m))
+    if not far:
+        return ()
+    start, asked, skipped_m = far[0]
+    verb = "departs" if len(far) == 1 else "depart"
+    msg = (
+        f"{counted(len(far), 'vehicle')} {verb} on a later road than the file says, as the gate has no place "
+        f"before it, first {start.vehicle} on {start.loop.roads[start.edge].edge} and not on {asked}: "
+        f"distance and time leave out the way between, {skipped_m:.0f} m"
+    )
+    return (msg,)
 
 
 def _arrival(vehicle: VehicleDemand, way: Itinerary) -> dict[str, str]:
