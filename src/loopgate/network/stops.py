@@ -81,7 +81,8 @@ class StoppingPlace:
     """A stopping place of an additional file: its kind, lane, position on the lane [m], and file.
 
     `on_road`: whether the vehicles in a parking area stand on the road. `spaces`: coordinates of those of its
-    lots that do not lie along the lane [m]. `lots`: number of those that do.
+    lots that do not lie along the lane [m]. `lots`: number of those that do. `led_on`: whether a rerouter
+    leads vehicles from the full area to another.
     """
 
     kind: str
@@ -92,6 +93,7 @@ class StoppingPlace:
     on_road: bool = False
     spaces: tuple[tuple[float, float], ...] = ()
     lots: int = 0
+    led_on: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,8 +163,11 @@ def read_stopping_places(files: Iterable[Path]) -> dict[tuple[str, str], Stoppin
     Raises `RouteError` if a file cannot be read.
     """
     found: dict[tuple[str, str], StoppingPlace] = {}
+    rerouted: set[str] = set()
     for file in dict.fromkeys(files):
         for element in read_additional(file).iter():
+            if element.tag == "parkingAreaReroute":
+                rerouted.add(element.get("id", ""))
             name, lane = element.get("id", ""), element.get("lane", "")
             if element.tag not in _KINDS or not name or not lane:
                 continue
@@ -179,6 +184,8 @@ def read_stopping_places(files: Iterable[Path]) -> dict[tuple[str, str], Stoppin
             found[kind, name] = StoppingPlace(
                 kind, lane, start_m, end_m, file, on_road=on_road, spaces=spaces, lots=lots
             )
+    for key in {("parkingArea", name) for name in rerouted} & found.keys():
+        found[key] = replace(found[key], led_on=True)
     return found
 
 
@@ -310,7 +317,7 @@ def _where(
                 f"configuration, or by --stops"
             )
             raise RouteError(msg)
-        if kind == "parkingArea" and not place.lots and not place.spaces:
+        if kind == "parkingArea" and not (place.lots or place.spaces or place.led_on):
             msg = (
                 f"{what}: {attribute} {shown(name)}: in {place.file} it has no lots, so the vehicle would "
                 f"wait before it for good; give it a roadsideCapacity or a space"

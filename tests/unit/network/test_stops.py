@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 from roads import roads
 
 from loopgate.errors import NobodyGatedError, RouteError
 from loopgate.network import read_loops
+from loopgate.network.stops import read_stopping_places, read_stops
 from loopgate.network.vehicle_demand import RoutesFile, VehicleDemand
 
 NET = roads(
@@ -166,6 +168,23 @@ def test_a_trip_stops_twice_at_one_place(tmp_path: Path) -> None:
         else:
             with pytest.raises(NobodyGatedError, match="it stops twice at b_0, each time in another way"):
                 read_loops(OPEN, file, once=True)
+
+
+def test_a_full_parking_area_from_which_a_rerouter_leads_may_have_no_lots(tmp_path: Path) -> None:
+    """SUMO leads vehicles on to the other area; without a rerouter they would stand for good."""
+    others = '<parkingAreaReroute id="kerb"/><parkingAreaReroute id="yard"/>'
+    rerouter = f'<rerouter id="on" edges="c"><interval>{others}</interval></rerouter>'
+    places = tmp_path / "places.add.xml"
+    for more, led_on in (("", False), (rerouter, True)):
+        places.write_text(PLACES.replace("</additional>", f"{more}</additional>"))
+        found = read_stopping_places([places])
+        assert [found["parkingArea", name].led_on for name in ("kerb", "yard")] == [led_on, led_on]
+        stop = [ET.fromstring('<stop parkingArea="kerb" duration="3"/>')]
+        if led_on:
+            assert [one.name for one in read_stops(NET, stop, found, what="v")] == ["kerb"]
+        else:
+            with pytest.raises(RouteError, match="it has no lots"):
+                read_stops(NET, stop, found, what="v")
 
 
 STOP = '<route id="r" edges="a b c"/><vehicle id="v" route="r" depart="0">{}</vehicle>'
