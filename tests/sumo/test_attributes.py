@@ -166,7 +166,9 @@ def _spread(top: ET.Element, spread: ET.Element, name: str) -> None:
 
 
 def _read(folder: Path, element: str, name: str = "", value: str = "") -> RoutesFile:
-    places = "".join(f'<{kind} id="{kind}1" lane="B2C2_0" startPos="20" endPos="45"/>' for kind in PLACES)
+    where = 'lane="B2C2_0" startPos="20" endPos="45"'
+    lots = {"parkingArea": 'roadsideCapacity="1"'}
+    places = "".join(f'<{kind} id="{kind}1" {where} {lots.get(kind, "")}/>' for kind in PLACES)
     (folder / "a.add.xml").write_text(f"<additional>{places}</additional>")
     file = folder / "x.rou.xml"
     file.write_text(_document(element, name, value))

@@ -55,7 +55,7 @@ def test_idleness_against_counting_by_the_quarter_second(
         events=events(*((float(t), "v", "edge", edge) for t, edge in visits)),
         begin_s=begin,
         end_s=begin + lasts,
-        edges="abcd",
+        edges=list("abcd"),
     ).set_index("edge")
     for edge in "abcd":
         times = [t for t, visited in visits if visited == edge]
