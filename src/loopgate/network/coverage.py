@@ -39,8 +39,8 @@ def measure_coverage(network: RoadNetwork, loops: Iterable[Loop], *, vclass: str
     """
     spans = [span for loop in loops for span in loop.roads]
     driven = [network.lanes[span.lane_id].allowed for span in spans]
-    common = frozenset[str]().union(*driven).intersection(*driven)
-    classes = common if common and vclass not in common else {vclass}
+    can = frozenset.intersection(*driven) if driven else frozenset()
+    classes = can if can and vclass not in can else {vclass}
     lanes = {
         lane.id: lane.length_m
         for edge in network.edges.values()

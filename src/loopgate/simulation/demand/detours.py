@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -57,13 +57,6 @@ class Detours:
                 known = self._graph.get_edge_data(c.from_edge, c.to_edge, {"weight": math.inf})
                 if taken_s < known["weight"]:
                     self._graph.add_edge(c.from_edge, c.to_edge, weight=taken_s)
-        self._avoided: AbstractSet[str] = frozenset()
-        self._roads = self._graph
-        """The graph without the edges that were avoided last."""
-        self._times: dict[str, Mapping[str, float]] = {}
-        """By edge, how long it takes from there to each other edge of that graph [s]."""
-        self._made: dict[Hashable, Loop | None] = {}
-        """The loops made so far, by edges and kept lanes: many sets to avoid lead to one detour."""
 
     def _time_s(self, edge: str) -> float:
         """Return the time for an edge at its speed limit [s]."""
@@ -90,35 +83,24 @@ class Detours:
         same = set(pairwise((*loop.edges, loop.edges[0])))
         kept = {here for before, here in pairwise((edges[-1], *edges)) if (before, here) in same}
         lanes = {c.from_edge: c.from_lane for c in loop.movements if c.from_edge in kept}
-        key = edges, tuple(sorted(lanes.items()))
-        if key not in self._made:
-            self._made[key] = None
-            with suppress(RouteError, RefusedLoopError):
-                found = make_loop(self._network, name, edges, vclass=self._vclass, leave_on=lanes)
-                pivot(found)  # raises RouteError where a vehicle's route could not be renewed
-                self._made[key] = found
-        made = self._made[key]
-        return made and replace(made, id=name)
+        with suppress(RouteError, RefusedLoopError):
+            found = make_loop(self._network, name, edges, vclass=self._vclass, leave_on=lanes)
+            pivot(found)  # raises RouteError where a vehicle's route could not be renewed
+            return found
+        return None
 
     def _edges_around(self, loop: Loop, avoided: AbstractSet[str]) -> tuple[str, ...] | None:
         edges: tuple[str, ...] | None = loop.edges
         if avoided.isdisjoint(loop.edges):
             return None
-        if avoided != self._avoided:
-            kept = (edge for edge in self._graph if edge not in avoided)
-            self._avoided, self._roads, self._times = avoided, self._graph.subgraph(kept).copy(), {}
+        roads = self._graph.subgraph(edge for edge in self._graph if edge not in avoided)
         while edges is not None and not avoided.isdisjoint(edges):
-            edges = self._around_first(edges, avoided)
+            edges = self._around_first(roads, edges, avoided)
         return None if edges is None else _single_lap(edges)
 
-    def _times_from(self, edge: str) -> Mapping[str, float]:
-        import networkx as nx  # noqa: PLC0415  as above
-
-        if edge not in self._times:
-            self._times[edge] = nx.single_source_dijkstra_path_length(self._roads, edge)
-        return self._times[edge]
-
-    def _around_first(self, edges: tuple[str, ...], avoided: AbstractSet[str]) -> tuple[str, ...] | None:
+    def _around_first(
+        self, roads: nx.DiGraph[str], edges: tuple[str, ...], avoided: AbstractSet[str]
+    ) -> tuple[str, ...] | None:
         """Return the edges of a loop without the first of the edges to avoid."""
         import networkx as nx  # noqa: PLC0415  as above
 
@@ -131,9 +113,9 @@ class Detours:
         last = max(k for k in range(count) if round_[k] not in avoided)
         for leaves in range(last, 0, -1):
             here = round_[leaves]
-            if here in avoided or here not in self._roads:
+            if here in avoided or here not in roads:
                 continue
-            times_s = self._times_from(here)
+            times_s = nx.single_source_dijkstra_path_length(roads, here)
             skipped_s, best = 0.0, (math.inf, 0)
             for meets in range(leaves):
                 edge = round_[meets]
@@ -141,7 +123,7 @@ class Detours:
                     best = min(best, (times_s[edge] + skipped_s, meets))
                 skipped_s += _SKIPPED * self._time_s(edge)
             if best[0] < math.inf:
-                way: list[str] = nx.dijkstra_path(self._roads, here, round_[best[1]])
+                way: list[str] = nx.dijkstra_path(roads, here, round_[best[1]])
                 return (*round_[best[1] : leaves + 1], *way[1:-1])
         return None
 
